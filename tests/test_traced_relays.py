@@ -18,7 +18,8 @@ from network.analysis.diagnosis.latent_heat.switched_heat import trace_switched
 from network.analysis.diagnosis.switching.carried_relays import carry_in_step
 from network.analysis.diagnosis.switching.followed_search import search_traced_relays
 from network.analysis.diagnosis.switching.relay_levels import _Course, _match_levels
-from network.analysis.diagnosis.switching.traced_relays import trace_relays
+from network.analysis.diagnosis.switching.traced_relays import _find_place, _write, trace_relays
+from network.engine.response.followed_relays import follow_relays
 from network.machine.machine import Machine
 from network.platform.refusal import Spot, refuse
 from network.recordings.relay_mode import RelayMode
@@ -85,6 +86,16 @@ def test_a_relay_that_keeps_step_on_coarse_lumps_is_carried_to_finer_ones(chille
     fine = carry_in_step(chilled.case, long_plant(3), over[1], coarse, is_quick=False)
     assert fine is not None and fine.chi < 1.1
     assert any(path.endswith("set") and value == pytest.approx(24, abs=0.2) for path, value in fine.own_values.items())
+
+
+def test_the_tank_beside_which_is_traced_again_keeps_its_numbers() -> None:
+    known = machine(HELD, links=LINKS | WATER, sources=SOURCES, sensors=SENSORS)
+    chiller = next(c for c in candidates(known, ["speed", "ambient"]) if c.switches and "water" in c.places)
+    of = _find_place(chiller)
+    assert of is not None
+    told = {p.path: 1.3 * p.value(p.centre) for p in of.followed.own}
+    followed = follow_relays(_write(of.followed, told), {of.mode(np.array([0.0, 60.0])).name})
+    assert followed.nodes["water"].heat_capacity == pytest.approx(told["nodes.water.heat_capacity"], rel=1e-9)
 
 
 def test_what_brings_no_relay_is_not_carried(cooled: Hypothesis) -> None:

@@ -23,7 +23,9 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, f
 from network.analysis.diagnosis.lumps.additive_correction import AdditiveCorrection
 from network.analysis.diagnosis.lumps.lump_refinement import list_finer_machines
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.ranking import best_of
 from network.analysis.diagnosis.switching.carried_relays import carry_in_step
+from network.analysis.diagnosis.switching.shown_relays import SLACK
 from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Model
 from network.machine.machine import Machine
@@ -73,14 +75,16 @@ def _fit_until_steady(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesi
 def fit_on_finer_lumps(
     case: Case, coarse: Hypothesis, root: Machine, steps: int = CARRIED_STEPS, needed: float = -np.inf
 ) -> Hypothesis | None:  # fmt: skip
-    """A hypothesis fitted on finer lumps; None where it does not fit there or runs away. needed: evidence that it must
-    come to, without which it is not fitted to the end."""
+    """A hypothesis fitted on finer lumps, relays by the instants that they had; None where it does not fit there or
+    runs away. needed: evidence that it must come to, without which it is not fitted to the end."""
     about = replace(case, began=coarse.case.began)
     over = lay_over(root, coarse.found) if coarse.switches else None
-    if over is not None and (carried := carry_in_step(about, root, over[1], coarse, steps < CARRIED_STEPS)):
+    carried = over and carry_in_step(about, root, over[1], coarse, steps < CARRIED_STEPS)
+    if carried and carried.chi < coarse.chi * (1 + SLACK):
         return carried
     until = FallsShort(needed, steps)
-    return fit_findings(about, root, coarse.found, coarse.values, not coarse.switches, steps, until)
+    led = fit_findings(about, root, coarse.found, coarse.values, not coarse.switches, steps, until)
+    return best_of(carried, led)
 
 
 def fit_on_finer_lumps_afresh(

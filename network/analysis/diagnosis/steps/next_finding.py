@@ -45,9 +45,7 @@ def select_next(
             yield first, smooth
     early = sway() if may_switch and trials.is_poor(smooth) else None
     if not seen.before.found:
-        is_told = early is None or bool(
-            early and (early[0].chi <= trials.little or explains_most(seen.before, early[0]))
-        )
+        is_told = early is None or bool(early and _leaves_little(seen.before, trials, early[0]))
         smooth = _fit_wider(trials, smooth, is_told, jobs)
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
     if is_told_so_far(current):
@@ -84,6 +82,7 @@ def _begin_trials(
 
 
 def _leaves_little(before: Hypothesis, trials: TrialFits, h: Hypothesis) -> bool:
+    """Whether so little is left that nothing has to be looked for in its stead."""
     return h.chi <= trials.little or explains_most(before, h)
 
 

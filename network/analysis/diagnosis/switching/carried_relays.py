@@ -1,22 +1,22 @@
 """Relays that keep step on coarse lumps, on finer ones: there the same numbers switch them at other instants, and no
 slope leads back.
 
-So the heat follows the instants of the coarse lumps first, beside which the finer machine is straight; from the numbers
-that this takes the relay keeps step, or it is led over ever more of the runs.
+So the heat of the last one follows the instants that it had on the coarse lumps first, beside which a machine with no
+other relay is straight; from the numbers that this takes it keeps step, or is led over ever more of the runs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 
 from network.analysis.calibration.expansion_point import move_points
+from network.analysis.calibration.linearised import Linearised
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.case import Case
-from network.analysis.diagnosis.hypotheses.compact_fit import expand, fit_or_none
+from network.analysis.diagnosis.hypotheses.compact_fit import fit_or_none
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings
 from network.analysis.diagnosis.steps.ranking import best_of
@@ -25,10 +25,9 @@ from network.analysis.diagnosis.switching.shown_relays import SLACK, STEPS, Show
 from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.declaration.patch import Patch
 from network.engine.response.followed_relays import TRACED
-from network.engine.response.parameters import Parameter
 from network.engine.response.prediction import Prediction
 from network.machine.machine import Machine
-from network.platform.refusal import Refused
+from network.platform.refusal import Failed, Refused
 from network.recordings.relay_mode import RelayMode
 
 SPREAD = 60.0
@@ -37,21 +36,22 @@ SPREAD = 60.0
 
 def carry_in_step(
     case: Case, root: Machine, laid: Sequence[Candidate], coarse: Hypothesis, is_quick: bool
-) -> Hypothesis | None:
+) -> Hypothesis | None:  # fmt: skip
     """Findings that keep step on coarse lumps, laid over a machine with finer ones: the best fit from the levels there
-    and from those where the relay follows the instants there, the first that leaves no more than that; is_quick: from
-    the levels there alone. None where its heat does not follow instants, or runs away."""
-    own = tuple(p for c in laid for p in c.own)
+    and from those where the last relay follows the instants that it had there, the first that leaves no more than
+    either; is_quick: at once from the levels there, and nothing else. None where it brings none, or that runs away."""
     shown = _keep_instants(laid, coarse)
-    told = None if shown is None else _follow(case, laid, shown, own, coarse)
+    told = None if shown is None else _follow(case, laid, shown, coarse)
     if told is None:
         return None
     followed, shown = told
     about, best = replace(case, began=tuple(move_points(followed.fit))), None
-    for values, in_step in product(_list_starts(followed, shown, coarse), (True, False)):
-        best = best_of(best, fit_findings(about, root, laid, values, in_step, STEPS))
-        if is_quick or (best is not None and best.chi < followed.chi * (1 + SLACK)):
-            break
+    least = min(followed.chi, coarse.chi) * (1 + SLACK)
+    for values in _list_starts(followed, shown, coarse):
+        for in_step in (True, False):
+            best = best_of(best, fit_findings(about, root, laid, values, in_step, STEPS))
+            if is_quick or (best is not None and best.chi < least):
+                return best
     return best
 
 
@@ -74,12 +74,17 @@ def _keep_instants(laid: Sequence[Candidate], coarse: Hypothesis) -> ShownRelay 
         return None
     try:
         keys = relay.keep_between(*sorted(levels[1:]))
-        machine = top.patched(Patch.of([(path, keys)]))
-    except Refused:
+        machine, runs = top.patched(Patch.of([(path, keys)])), _run_again(coarse)
+    except (Refused, Failed, np.linalg.LinAlgError):
         return None
-    modes = {i: _read_mode(p, path) for i, p in enumerate(expand(coarse).predictions)}
     own = tuple(p for p in c.own if not (p.entry == path and p.field.key in keys))
+    modes = {i: _read_mode(p, path) for i, p in enumerate(runs)}
     return ShownRelay(replace(c, machine=top), replace(c, machine=machine, own=own), {}, modes)
+
+
+def _run_again(h: Hypothesis) -> Sequence[Prediction]:
+    """The runs of a hypothesis, of which only the numbers may have been kept."""
+    return h.fit.predictions if isinstance(h.fit, Linearised) else h.fit.problem.model.predict(h.fit.theta)
 
 
 def _read_mode(prediction: Prediction, path: EntryPath) -> RelayMode:
@@ -93,22 +98,22 @@ def _read_mode(prediction: Prediction, path: EntryPath) -> RelayMode:
 
 
 def _follow(
-    case: Case, laid: Sequence[Candidate], shown: ShownRelay, own: Sequence[Parameter], coarse: Hypothesis
+    case: Case, laid: Sequence[Candidate], shown: ShownRelay, coarse: Hypothesis
 ) -> tuple[Hypothesis, ShownRelay] | None:  # fmt: skip
     """The finer machine where the relay's heat follows its instants, these moved where that finds them."""
-    first = _fit_followed(case, laid, shown, own, coarse.values)
+    first = _fit_followed(case, laid, shown, coarse.values)
     if first is None:
         return None
     moved = replace(shown, modes=shift_modes(first, shown))
-    again = _fit_followed(case, laid, moved, own, first.values)
+    again = _fit_followed(case, laid, moved, first.values)
     return (first, shown) if again is None or again.chi > first.chi * (1 + SLACK) else (again, moved)
 
 
 def _fit_followed(
-    case: Case, laid: Sequence[Candidate], shown: ShownRelay, own: Sequence[Parameter], start: Mapping[str, float]
+    case: Case, laid: Sequence[Candidate], shown: ShownRelay, start: Mapping[str, float]
 ) -> Hypothesis | None:  # fmt: skip
     runs = zip(case.recordings, shown.modes.values(), strict=True)
     beside = replace(case, recordings=tuple(replace(r, modes={**r.modes, m.name: m}) for r, m in runs))
     levels = {p.path for p in shown.candidate.own} - {p.path for p in shown.followed.own}
     found = [*laid[:-1], replace(laid[-1], machine=shown.followed.machine)]
-    return fit_or_none(beside, found, [p for p in own if p.path not in levels], start, STEPS)
+    return fit_or_none(beside, found, [p for c in laid for p in c.own if p.path not in levels], start, STEPS)

@@ -41,7 +41,7 @@ def search_shown_relays(case: Case, current: Hypothesis, switched: Sequence[Cand
         return []
     null = reweight(use_file_noise(case), current)
     starts = follow_shown(null.case, null, shown, jobs)[:MOST]
-    return _tell_best(case, null, _fit_in_step(null, starts, _onset(case, shown), jobs))
+    return _tell_best(case, null, _fit_in_step(null, starts, _onset(case, shown, starts), jobs))
 
 
 def search_traced_relays(
@@ -50,14 +50,16 @@ def search_traced_relays(
     """The same of those whose switching the mismatch shows: from what is read off it, where that does not keep step
     from what is read off it beside the numbers that were found so, and then from draws about that."""
     able = [c for c in switched if _may_keep_step(c)]
-    null = reweight(use_file_noise(case), current) if able else current
-    shown = trace_relays(null, able, jobs) if able else []
-    starts = _keep_telling(null, follow_shown(null.case, null, shown, jobs, read_levels)) if shown else []
-    onset = _onset(case, shown) if starts else 0.0
+    if not able:
+        return []
+    null = reweight(use_file_noise(case), current)
+    shown = trace_relays(null, able, jobs)
+    starts = _keep_telling(null, follow_shown(null.case, null, shown, jobs, read_levels))
+    onset = _onset(case, shown, starts)
     kept = _fit_traced(null, starts, onset, jobs)
     if again := trace_again(null, _list_lost(starts, kept), jobs):
         found = _keep_telling(null, follow_shown(null.case, null, again, jobs, read_levels))
-        kept += _fit_traced(null, found, onset, jobs)
+        kept += _fit_traced(null, found, _onset(case, again, found), jobs)
         starts = _take_again(starts, found)
     lost = _list_lost(starts, kept)
     return _tell_best(case, null, [*kept, *_keep_in_step(null, lost, search_near(null, lost, onset, seed, jobs))])
@@ -99,8 +101,10 @@ def _keep_in_step(null: Hypothesis, starts: Sequence[RelayStart], fits: Sequence
     return [h for h in fits if null.chi**2 - h.chi**2 >= least[h.found[-1].key]]
 
 
-def _onset(case: Case, shown: Sequence[ShownRelay]) -> float:
-    return min(s.onset(case.recordings) for s in shown)
+def _onset(case: Case, shown: Sequence[ShownRelay], starts: Sequence[RelayStart]) -> float:
+    """Share of the runs until which none of those that go on has switched."""
+    keys = {start.candidate.key for start in starts}
+    return min((s.onset(case.recordings) for s in shown if s.candidate.key in keys), default=0.0)
 
 
 def _may_keep_step(c: Candidate) -> bool:
@@ -115,8 +119,10 @@ def _may_keep_step(c: Candidate) -> bool:
 def _fit_in_step(
     null: Hypothesis, starts: Sequence[RelayStart], onset: float, jobs: int, ladder: Ladder = SHOWN_LADDER
 ) -> list[Hypothesis]:
+    if not starts:
+        return []
     leave = partial(leave_of_null, [linearise_firmly(null, null.fit.theta)])
-    return fit_over_more(null.case, null, starts, ladder, leave, onset, jobs) if starts else []
+    return fit_over_more(null.case, null, starts, ladder, leave, onset, jobs)
 
 
 def _tell_best(case: Case, null: Hypothesis, fits: Sequence[Hypothesis]) -> list[Hypothesis]:

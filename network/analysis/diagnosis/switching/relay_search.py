@@ -38,6 +38,8 @@ from network.analysis.diagnosis.switching.relay_samples import (
 )
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
+from network.platform.parallel import run_all
+from network.platform.refusal import Failed
 
 MOST = 3
 """Switched candidates that are drawn."""
@@ -97,27 +99,31 @@ def _search_about(
 def search_near(
     null: Hypothesis, starts: Sequence[RelayStart], onset: float, seed: int, jobs: int
 ) -> list[Hypothesis]:  # fmt: skip
-    """The same of relays whose numbers are known about, drawn near these; null: under the noise of the file."""
+    """Relays whose numbers are known about, drawn near these and fitted like others; null: under the noise of the
+    file."""
     plain = straighten(null) if starts else None
+    if plain is None:
+        return []
+    near = run_all(partial(_draw_near, plain, onset, seed), starts, jobs)
     leave = partial(leave_of_null, [linearise_firmly(null, null.fit.theta)])
-    near = [_draw_near(plain, start, onset, seed, jobs) for start in starts] if plain else []
     fits = [fit_over_more(null.case, null, begun, LADDER, leave, onset, jobs) for begun in near if begun]
     return [h for each in fits for h in each]
 
 
-def _draw_near(plain: Hypothesis, start: RelayStart, onset: float, seed: int, jobs: int) -> list[RelayStart]:
+def _draw_near(plain: Hypothesis, onset: float, seed: int, start: RelayStart) -> list[RelayStart]:
     """The best draws about some numbers, on a machine that stands for the null's."""
     again = candidate(plain.machine, start.candidate.kind, start.candidate.patch)
     if again is None or not (space := Space(again)).serves:
         return []
-    about = [linearise_firmly(plain, theta_of(plain.fit.problem.parameters, start.values))]
-    began = start.began[0].start if start.began else {}
-    near = np.array([*theta_of(again.own, start.values), *(began[n] for n in space.parts)])
-    drawn = draw_samples(about, [again], {again.key: near}, onset, seed, jobs)
-    return [
-        replace(_start_of(plain.case, {again.key: start.candidate}, start.values, d), followed=start.followed)
-        for d in drawn
-    ]
+    began, middle = start.began[0].start if start.began else {}, again.machine.reference
+    near = np.array([*theta_of(again.own, start.values), *(began.get(n, middle) for n in space.parts)])
+    try:
+        about = [linearise_firmly(plain, theta_of(plain.fit.problem.parameters, start.values))]
+        drawn = draw_samples(about, [again], {again.key: near}, onset, seed, jobs=1)
+    except (Failed, np.linalg.LinAlgError):
+        return []
+    known, case = {again.key: start.candidate}, replace(plain.case, began=start.began or plain.case.began)
+    return [replace(_start_of(case, known, start.values, d), followed=start.followed) for d in drawn]
 
 
 def _numbers(h: Hypothesis, space: Space) -> Array:

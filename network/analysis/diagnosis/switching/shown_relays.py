@@ -8,7 +8,7 @@ it is not seen to switch are left out of that.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
 
 from network.analysis.calibration.expansion_point import move_edges, move_points
@@ -43,12 +43,14 @@ LevelsOf = Callable[[Hypothesis, "ShownRelay"], Mapping[str, float]]
 @dataclass(frozen=True, eq=False)
 class ShownRelay:
     """A candidate; followed: the same with levels that are certain; levels: these as they were read, by path, or none
-    where they are still to be; modes: of the runs that tell, when it was on."""
+    where they are still to be; modes: of the runs that tell, when it was on; beside: numbers at which these were told,
+    where they are not those of the null."""
 
     candidate: Candidate
     followed: Candidate
     levels: Mapping[str, float]
     modes: Mapping[int, RelayMode]
+    beside: Mapping[str, float] = field(default_factory=dict)
 
     def onset(self, recordings: Sequence[Recording]) -> float:
         """Share of the runs until which it has not switched in any of them."""
@@ -76,7 +78,8 @@ def follow_shown(
 
 
 def _follow(case: Case, null: Hypothesis, read_levels: LevelsOf | None, shown: ShownRelay) -> RelayStart | None:
-    best = best_of(*(_fit_beside(case, null, shown, start) for start in (null.values, null.own_values)))
+    starts = (null.values, null.own_values, *([shown.beside] if shown.beside else ()))
+    best = best_of(*(_fit_beside(case, null, shown, start) for start in starts))
     if best is not None and read_levels is not None:
         moved = replace(shown, modes=shift_modes(best, shown))
         again = _fit_beside(case, null, moved, best.values)

@@ -27,15 +27,18 @@ from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.mechanisms.base import Source
 from network.engine.response.followed_relays import TRACED
-from network.engine.response.parameters import at_values
+from network.machine.machine import Machine
 from network.platform.parallel import run_all
+from network.platform.quantities.units import show
 from network.platform.refusal import Refused
 from network.recordings.relay_mode import RelayMode
 
 MOST = 3
-"""Relays that are followed."""
+"""Relays that are followed in parts that are there, and as many in those that come with one."""
 IDLE = 8
-"""Steps of the fit beside a part that comes with a relay, at its usual numbers."""
+"""Steps of the fit beside a part that comes with a relay, its numbers held."""
+DIGITS = 17
+"""Of numbers that are written into a machine and stay what they are."""
 
 
 class _Switched(NamedTuple):
@@ -61,8 +64,8 @@ class _Switched(NamedTuple):
 
 def trace_relays(null: Hypothesis, switched: Sequence[Candidate], jobs: int) -> list[ShownRelay]:
     """Those of some candidates whose heat explains most where it may be on or off at any time, without levels: in parts
-    that are there, and in those that come with a relay, which are not compared, for these are traced beside usual
-    numbers. null: under the noise of the file."""
+    that are there, and in those that come with a relay, which are compared among themselves, for these are traced
+    beside usual numbers. null: under the noise of the file."""
     able = [found for c in switched if (found := _find_place(c)) is not None]
     there, brought = [of for of in able if of.is_there], [of for of in able if not of.is_there]
     parts = list(dict.fromkeys(of.part for of in there))
@@ -82,11 +85,12 @@ def trace_again(null: Hypothesis, starts: Sequence[RelayStart], jobs: int) -> li
 def _trace_about(null: Hypothesis, start: RelayStart) -> ShownRelay | None:
     of = _find_place(start.candidate)
     heat = None if of is None or of.is_there else _trace_brought(null, start.values, of)
-    return None if of is None or heat is None else _follow(of, heat)
+    shown = None if of is None or heat is None or heat.worth <= SETTINGS.least else _follow(of, heat)
+    return shown and replace(shown, beside=start.values)
 
 
 def _follow_best(traced: Sequence[tuple[_Switched, SwitchedHeat]]) -> list[ShownRelay]:
-    """Those that explain half of what the best does at least."""
+    """The best, each worth its instants, and half of what the best of all explains."""
     told = sorted(traced, key=lambda each: -each[1].gain)[:MOST]
     least = SETTINGS.half * told[0][1].gain if told else 0.0
     shown = (_follow(of, heat) for of, heat in told if heat.worth > SETTINGS.least and heat.gain >= least)
@@ -105,10 +109,14 @@ def _trace_brought(null: Hypothesis, values: Mapping[str, float], of: _Switched)
     runs = (replace(r, modes={**r.modes, (off := of.mode(r.t)).name: off}) for r in null.case.recordings)
     case = replace(null.case, recordings=tuple(runs), began=())
     told = {p.path: values[p.path] for p in of.followed.own if p.path in values}
-    held = replace(of.followed, machine=at_values(of.followed.machine, told), own=())
-    idle = fit_with(case, null, held, values, IDLE)
+    idle = fit_with(case, null, replace(of.followed, machine=_write(of.followed, told), own=()), values, IDLE)
     idle = idle and fit_with(case, null, of.followed, {**idle.values, **told}, 0)
     return None if idle is None else trace_switched(idle.linearised, Location((of.part,)))[of.sign > 0]
+
+
+def _write(c: Candidate, told: Mapping[str, float]) -> Machine:
+    """Its machine with some of its numbers as if the file had them."""
+    return c.machine.patched({p.path: show(told[p.path], p.field.unit, DIGITS) for p in c.own if p.path in told})
 
 
 def _find_place(c: Candidate) -> _Switched | None:
