@@ -20,14 +20,14 @@ from network.analysis.diagnosis.hypotheses.compact_fit import fit_or_none
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings
 from network.analysis.diagnosis.steps.ranking import best_of
+from network.analysis.diagnosis.switching.certain_levels import find_relay, make_certain
 from network.analysis.diagnosis.switching.relay_levels import read_levels
-from network.analysis.diagnosis.switching.shown_relays import SLACK, STEPS, ShownRelay, find_relay, shift_modes
+from network.analysis.diagnosis.switching.shown_relays import SLACK, STEPS, ShownRelay, shift_modes
 from network.catalogue.declaration.entry_path import EntryPath
-from network.catalogue.declaration.patch import Patch
 from network.engine.response.followed_relays import TRACED
 from network.engine.response.prediction import Prediction
 from network.machine.machine import Machine
-from network.platform.refusal import Failed, Refused
+from network.platform.refusal import Failed
 from network.recordings.relay_mode import RelayMode
 
 SPREAD = 60.0
@@ -68,18 +68,15 @@ def _keep_instants(laid: Sequence[Candidate], coarse: Hypothesis) -> ShownRelay 
     relays = [(c, found) for c in laid if (found := find_relay(c)) is not None]
     if not relays:
         return None
-    (c, (path, relay)), top = relays[-1], laid[-1].machine
-    levels = relay.levels()
-    if levels is None:
-        return None
+    c, (path, relay) = relays[-1]
+    carried, levels = replace(c, machine=laid[-1].machine), relay.levels()
+    certain = make_certain(carried, *sorted(levels[1:])) if levels else None
     try:
-        keys = relay.keep_between(*sorted(levels[1:]))
-        machine, runs = top.patched(Patch.of([(path, keys)])), _run_again(coarse)
-    except (Refused, Failed, np.linalg.LinAlgError):
+        runs = _run_again(coarse) if certain else []
+    except (Failed, np.linalg.LinAlgError):
         return None
-    own = tuple(p for p in c.own if not (p.entry == path and p.field.key in keys))
     modes = {i: _read_mode(p, path) for i, p in enumerate(runs)}
-    return ShownRelay(replace(c, machine=top), replace(c, machine=machine, own=own), {}, modes)
+    return None if certain is None else ShownRelay(carried, certain.candidate, {}, modes)
 
 
 def _run_again(h: Hypothesis) -> Sequence[Prediction]:

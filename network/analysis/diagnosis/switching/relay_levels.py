@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.switching.shown_relays import ShownRelay, find_relay
+from network.analysis.diagnosis.switching.certain_levels import find_relay, make_certain
+from network.analysis.diagnosis.switching.shown_relays import ShownRelay
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import Place
-from network.catalogue.declaration.patch import Patch
 from network.engine.response.prediction import Prediction
 from network.machine.lumps import weights
-from network.platform.refusal import Refused
 from network.recordings.relay_mode import RelayMode
 
 SAME = 1e-6
@@ -27,21 +26,14 @@ def read_levels(followed: Hypothesis, shown: ShownRelay) -> dict[str, float]:
     not do both, not the way that such a relay does, or at temperatures that it may not have."""
     only = find_relay(shown.candidate)
     levels = only and only[1].levels()
-    if only is None or levels is None:
+    if levels is None:
         return {}
-    (path, relay), (place, on, off) = only, levels
+    place, on, off = levels
     way = float(np.sign(on - off))
     runs = zip(followed.predictions, shown.modes.values(), strict=True)
     pair = _match_levels([_watch(p, m, place, way) for p, m in runs])
-    if pair is None:
-        return {}
-    keys = relay.keep_between(*sorted(way * level for level in pair))
-    try:
-        at = shown.candidate.machine.patched(Patch.of([(path, keys)])).by_path[path]
-    except Refused:
-        return {}
-    own = [p for p in shown.candidate.own if p.entry == path and p.field.key in keys]
-    return {p.path: float(getattr(at, p.attribute)) for p in own}
+    certain = pair and make_certain(shown.candidate, *sorted(way * level for level in pair))
+    return dict(certain.levels) if certain else {}
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,14 +20,12 @@ from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.compact_fit import fit_with
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.steps.ranking import best_of
+from network.analysis.diagnosis.switching.certain_levels import Certain, find_relay, make_certain
 from network.analysis.diagnosis.switching.relay_fits import RelayStart
 from network.catalogue.declaration.entry_path import EntryPath
-from network.catalogue.declaration.patch import Patch
 from network.catalogue.mechanisms.mechanism import Relay
 from network.engine.response.followed_relays import list_readers
-from network.machine.machine import Machine
 from network.platform.parallel import run_all
-from network.platform.refusal import Refused
 from network.recordings.recording import Recording
 from network.recordings.relay_mode import RelayMode
 
@@ -105,30 +103,17 @@ def shift_modes(followed: Hypothesis, shown: ShownRelay) -> dict[int, RelayMode]
     return {i: mode.shift(later[len(later) - len(mode.spread) :], float(r.t[-1])) for (i, mode), r, later in runs}
 
 
-def find_relay(c: Candidate) -> tuple[EntryPath, Relay] | None:
-    """The relay that a candidate brings, with its path; None where that is not one."""
-    relays = [(p, e) for p, _ in c.patch.entries() if isinstance(e := c.machine.by_path.get(p), Relay)]
-    return relays[0] if len(relays) == 1 else None
-
-
 def _read_relay(
     recordings: Sequence[Recording], c: Candidate, find: Callable[[str, float], Levels]
 ) -> ShownRelay | None:
     """None where nothing reads what it watches, or what is read does not go between two levels that it may have. find:
     the levels by sensor and its noise."""
     only = find_relay(c)
-    if only is None:
-        return None
-    path, relay = only
-    readers = list_readers(c.machine, relay)
+    readers = list_readers(c.machine, only[1]) if only else []
     sensor = next((n for n in readers if any(n in r.columns for r in recordings)), None)
-    levels = sensor and find(sensor, c.machine.sensors[sensor].sigma)
-    try:
-        keys = relay.keep_between(*levels) if levels else {}
-        machine = c.machine.patched(Patch.of([(path, keys)])) if keys else None
-    except Refused:
-        return None
-    return None if machine is None else _read_instants(recordings, c, path, machine, keys)
+    levels = find(sensor, c.machine.sensors[sensor].sigma) if sensor else None
+    certain = make_certain(c, *levels) if levels else None
+    return None if only is None or certain is None else _read_instants(recordings, c, only[0], certain)
 
 
 def _find_levels(recordings: Sequence[Recording], sensor: str, sigma: float) -> Levels:
@@ -137,15 +122,12 @@ def _find_levels(recordings: Sequence[Recording], sensor: str, sigma: float) -> 
 
 
 def _read_instants(
-    recordings: Sequence[Recording], c: Candidate, path: EntryPath, machine: Machine, keys: Mapping[str, str]
-) -> ShownRelay | None:
-    """machine: with the levels as they were read, which these keys of its entry say."""
+    recordings: Sequence[Recording], c: Candidate, path: EntryPath, certain: Certain
+) -> ShownRelay | None:  # fmt: skip
+    """certain: with the levels as they were read."""
+    machine = certain.candidate.machine
     relay = machine.by_path[path]
     assert isinstance(relay, Relay)
     told = ((i, read_mode(machine, relay, path.name, r)) for i, r in enumerate(recordings))
     modes = {i: mode for i, mode in told if mode is not None}
-    if not modes:
-        return None
-    own = [p for p in c.own if p.entry == path and p.field.key in keys]
-    levels = {p.path: float(relay.__dict__[p.attribute]) for p in own}
-    return ShownRelay(c, replace(c, machine=machine, own=tuple(p for p in c.own if p not in own)), levels, modes)
+    return ShownRelay(c, certain.candidate, certain.levels, modes) if modes else None

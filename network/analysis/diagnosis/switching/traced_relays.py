@@ -20,17 +20,16 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.switched_heat import SwitchedHeat, trace_switched
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.switching.certain_levels import find_relay, make_certain
 from network.analysis.diagnosis.switching.relay_fits import RelayStart
-from network.analysis.diagnosis.switching.shown_relays import ShownRelay, find_relay
+from network.analysis.diagnosis.switching.shown_relays import ShownRelay
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath
-from network.catalogue.declaration.patch import Patch
 from network.catalogue.mechanisms.base import Source
 from network.engine.response.followed_relays import TRACED
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
 from network.platform.quantities.units import show
-from network.platform.refusal import Refused
 from network.recordings.relay_mode import RelayMode
 
 MOST = 3
@@ -128,13 +127,9 @@ def _find_place(c: Candidate) -> _Switched | None:
     levels, into = relay.levels(), {place.node for place, _ in relay.into} if isinstance(relay, Source) else set[str]()
     if levels is None or len(into) != 1:
         return None
-    try:
-        keys = relay.keep_between(*sorted(levels[1:]))
-        machine = c.machine.patched(Patch.of([(path, keys)]))
-    except Refused:
-        return None
-    own = tuple(p for p in c.own if not (p.entry == path and p.field.key in keys))
-    return _Switched(c, path, into.pop(), -float(np.sign(levels[1] - levels[2])), replace(c, machine=machine, own=own))
+    certain = make_certain(c, *sorted(levels[1:]))
+    sign = -float(np.sign(levels[1] - levels[2]))
+    return None if certain is None else _Switched(c, path, into.pop(), sign, certain.candidate)
 
 
 def _follow(of: _Switched, heat: SwitchedHeat) -> ShownRelay | None:
