@@ -94,8 +94,11 @@ def test_the_tank_beside_which_is_traced_again_keeps_its_numbers() -> None:
     of = _find_place(chiller)
     assert of is not None
     told = {p.path: 1.3 * p.value(p.centre) for p in of.followed.own}
-    followed = follow_relays(_write(of.followed, told), {of.mode(np.array([0.0, 60.0])).name})
+    held = _write(of.followed, told)
+    assert held is not None and not held.own
+    followed = follow_relays(held.machine, {of.mode(np.array([0.0, 60.0])).name})
     assert followed.nodes["water"].heat_capacity == pytest.approx(told["nodes.water.heat_capacity"], rel=1e-9)
+    assert _write(of.followed, {"nodes.water.heat_capacity": -1.0}) is None
 
 
 def test_what_brings_no_relay_is_not_carried(cooled: Hypothesis) -> None:

@@ -27,9 +27,9 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.mechanisms.base import Source
 from network.engine.response.followed_relays import TRACED
-from network.machine.machine import Machine
 from network.platform.parallel import run_all
 from network.platform.quantities.units import show
+from network.platform.refusal import Refused
 from network.recordings.relay_mode import RelayMode
 
 MOST = 3
@@ -108,14 +108,19 @@ def _trace_brought(null: Hypothesis, values: Mapping[str, float], of: _Switched)
     runs = (replace(r, modes={**r.modes, (off := of.mode(r.t)).name: off}) for r in null.case.recordings)
     case = replace(null.case, recordings=tuple(runs), began=())
     told = {p.path: values[p.path] for p in of.followed.own if p.path in values}
-    idle = fit_with(case, null, replace(of.followed, machine=_write(of.followed, told), own=()), values, IDLE)
-    idle = idle and fit_with(case, null, of.followed, {**idle.values, **told}, 0)
+    held = _write(of.followed, told)
+    idle = None if held is None else fit_with(case, null, held, values, IDLE)
+    idle = None if idle is None else fit_with(case, null, of.followed, {**idle.values, **told}, 0)
     return None if idle is None else trace_switched(idle.linearised, Location((of.part,)))[of.sign > 0]
 
 
-def _write(c: Candidate, told: Mapping[str, float]) -> Machine:
-    """Its machine with some of its numbers as if the file had them."""
-    return c.machine.patched({p.path: show(told[p.path], p.field.unit, DIGITS) for p in c.own if p.path in told})
+def _write(c: Candidate, told: Mapping[str, float]) -> Candidate | None:
+    """The candidate with some of its numbers as if the file had them, and none free; None where they may not be so."""
+    numbers = {p.path: show(told[p.path], p.field.unit, DIGITS) for p in c.own if p.path in told}
+    try:
+        return replace(c, machine=c.machine.patched(numbers), own=())
+    except Refused:
+        return None
 
 
 def _find_place(c: Candidate) -> _Switched | None:
