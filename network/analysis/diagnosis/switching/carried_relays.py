@@ -64,7 +64,7 @@ def _list_starts(followed: Hypothesis, shown: ShownRelay, coarse: Hypothesis) ->
 
 def _keep_instants(laid: Sequence[Candidate], coarse: Hypothesis) -> ShownRelay | None:
     """The last relay of some findings, with levels that are certain and the instants at which it switched on coarse
-    lumps; None where none of them brings one, or that has no levels."""
+    lumps; None where none of them brings one, or that has no levels or does not switch by itself."""
     relays = [(c, found) for c in laid if (found := find_relay(c)) is not None]
     if not relays:
         return None
@@ -75,8 +75,9 @@ def _keep_instants(laid: Sequence[Candidate], coarse: Hypothesis) -> ShownRelay 
         runs = _run_again(coarse) if certain else []
     except (Failed, np.linalg.LinAlgError):
         return None
-    modes = {i: _read_mode(p, path) for i, p in enumerate(runs)}
-    return None if certain is None else ShownRelay(carried, certain.candidate, {}, modes)
+    if certain is None or any(str(path) not in _list_relays(p) for p in runs):
+        return None
+    return ShownRelay(carried, certain.candidate, {}, {i: _read_mode(p, path) for i, p in enumerate(runs)})
 
 
 def _run_again(h: Hypothesis) -> Sequence[Prediction]:
@@ -84,11 +85,16 @@ def _run_again(h: Hypothesis) -> Sequence[Prediction]:
     return h.fit.predictions if isinstance(h.fit, Linearised) else h.fit.problem.model.predict(h.fit.theta)
 
 
+def _list_relays(prediction: Prediction) -> list[str]:
+    """Paths of what switches by itself in a run, in the order of its modes."""
+    network = prediction.course.problem.plan.network
+    return [network.mechanisms[entry] for group in network.relays for entry in group.entry]
+
+
 def _read_mode(prediction: Prediction, path: EntryPath) -> RelayMode:
     """When a relay was on in a run in which it keeps step."""
     plan = prediction.course.problem.plan
-    names = [plan.network.mechanisms[entry] for group in plan.network.relays for entry in group.entry]
-    on = np.asarray(plan.modes, float)[:, names.index(str(path))]
+    on = np.asarray(plan.modes, float)[:, _list_relays(prediction).index(str(path))]
     switched = np.flatnonzero(np.diff(on)) + 1
     t = np.array([plan.edges[0], *plan.edges[switched]])
     return RelayMode(TRACED + path.name, t, np.full(len(switched), SPREAD), float(on[0]))
