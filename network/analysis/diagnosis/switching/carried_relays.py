@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings
 from network.analysis.diagnosis.steps.ranking import best_of
 from network.analysis.diagnosis.switching.certain_levels import find_relay, make_certain
 from network.analysis.diagnosis.switching.relay_levels import read_levels
-from network.analysis.diagnosis.switching.shown_relays import SLACK, STEPS, ShownRelay, shift_modes
+from network.analysis.diagnosis.switching.shown_relays import SLACK, STEPS, ShownRelay, follow_moved
 from network.catalogue.declaration.entry_path import EntryPath
 from network.engine.response.followed_relays import TRACED
 from network.engine.response.prediction import Prediction
@@ -41,10 +42,10 @@ def carry_in_step(
     and from those where the last relay follows the instants that it had there, the first that leaves no more than
     either; is_quick: at once from the levels there, and nothing else. None where it brings none, or that runs away."""
     shown = _keep_instants(laid, coarse)
-    told = None if shown is None else _follow(case, laid, shown, coarse)
-    if told is None:
+    first = None if shown is None else _fit_followed(case, laid, shown, coarse.values)
+    if shown is None or first is None:
         return None
-    followed, shown = told
+    followed, shown = follow_moved(first, shown, partial(_fit_followed, case, laid))
     about, best = replace(case, began=tuple(move_points(followed.fit))), None
     least = min(followed.chi, coarse.chi) * (1 + SLACK)
     for values in _list_starts(followed, shown, coarse):
@@ -100,21 +101,10 @@ def _read_mode(prediction: Prediction, path: EntryPath) -> RelayMode:
     return RelayMode(TRACED + path.name, t, np.full(len(switched), SPREAD), float(on[0]))
 
 
-def _follow(
-    case: Case, laid: Sequence[Candidate], shown: ShownRelay, coarse: Hypothesis
-) -> tuple[Hypothesis, ShownRelay] | None:  # fmt: skip
-    """The finer machine where the relay's heat follows its instants, these moved where that finds them."""
-    first = _fit_followed(case, laid, shown, coarse.values)
-    if first is None:
-        return None
-    moved = replace(shown, modes=shift_modes(first, shown))
-    again = _fit_followed(case, laid, moved, first.values)
-    return (first, shown) if again is None or again.chi > first.chi * (1 + SLACK) else (again, moved)
-
-
 def _fit_followed(
     case: Case, laid: Sequence[Candidate], shown: ShownRelay, start: Mapping[str, float]
 ) -> Hypothesis | None:  # fmt: skip
+    """The finer machine where the relay's heat follows its instants."""
     runs = zip(case.recordings, shown.modes.values(), strict=True)
     beside = replace(case, recordings=tuple(replace(r, modes={**r.modes, m.name: m}) for r, m in runs))
     levels = {p.path for p in shown.candidate.own} - {p.path for p in shown.followed.own}

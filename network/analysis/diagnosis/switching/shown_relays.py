@@ -79,9 +79,7 @@ def _follow(case: Case, null: Hypothesis, read_levels: LevelsOf | None, shown: S
     starts = (null.values, null.own_values, *([shown.beside] if shown.beside else ()))
     best = best_of(*(_fit_beside(case, null, shown, start) for start in starts))
     if best is not None and read_levels is not None:
-        moved = replace(shown, modes=shift_modes(best, shown))
-        again = _fit_beside(case, null, moved, best.values)
-        best, shown = (best, shown) if again is None or again.chi > best.chi * (1 + SLACK) else (again, moved)
+        best, shown = follow_moved(best, shown, partial(_fit_beside, case, null))
     levels = shown.levels if best is None or read_levels is None else read_levels(best, shown)
     if best is None or not levels:
         return None
@@ -97,7 +95,16 @@ def _fit_beside(case: Case, null: Hypothesis, shown: ShownRelay, start: Mapping[
     return fit_with(beside, null, shown.followed, start, STEPS)
 
 
-def shift_modes(followed: Hypothesis, shown: ShownRelay) -> dict[int, RelayMode]:
+def follow_moved(
+    followed: Hypothesis, shown: ShownRelay, fit: Callable[[ShownRelay, Mapping[str, float]], Hypothesis | None]
+) -> tuple[Hypothesis, ShownRelay]:  # fmt: skip
+    """A fit beside instants, or the one beside these where it finds them, unless that leaves more by far."""
+    moved = replace(shown, modes=_shift_modes(followed, shown))
+    again = fit(moved, followed.values)
+    return (followed, shown) if again is None or again.chi > followed.chi * (1 + SLACK) else (again, moved)
+
+
+def _shift_modes(followed: Hypothesis, shown: ShownRelay) -> dict[int, RelayMode]:
     """Modes with instants where a fit finds them."""
     runs = zip(shown.modes.items(), followed.case.recordings, move_edges(followed.fit), strict=True)
     return {i: mode.shift(later[len(later) - len(mode.spread) :], float(r.t[-1])) for (i, mode), r, later in runs}
