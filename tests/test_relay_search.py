@@ -22,6 +22,7 @@ from network.analysis.diagnosis.switching.prior_samples import Space
 from network.analysis.diagnosis.switching.relay_fits import _keep_promising
 from network.analysis.diagnosis.switching.relay_samples import draw_over_whole, find_onset
 from network.analysis.diagnosis.switching.relay_search import search_relays, tell_unsearched
+from network.catalogue.declaration.entry_path import NumberPath
 from network.machine.machine import Machine
 
 FAN = {"housing skin": {"kind": "forced_convection", "between": ["housing", "air"], "conductance": "6 W/K ± 30 %",
@@ -51,6 +52,19 @@ def test_bent_laws_become_straight_and_what_that_lacks_is_told() -> None:
     assert straighten(plain) is plain
     assert all(Space(c).serves for c in relays(plain)) and not any(Space(c).serves for c in relays(h))
     assert tell_unsearched(h, relays(h)) == ""
+
+
+def test_numbers_of_what_was_found_stay_where_laws_become_straight() -> None:
+    h = null(plant(links=FAN), plant(links=FAN))
+    found = [c for c in candidates(h.machine, h.case.drivers) if c.kind.kind in ("heat_source", "radiation")]
+    for kind in ("heat_source", "radiation"):
+        c = next(c for c in found if c.kind.kind == kind)
+        beside = fit_or_none(h.case, (c,), c.own, h.values | {path: 2.5 * x for path, x in c.usual.items()}, 0)
+        plain = straighten(beside) if beside is not None else None
+        assert plain is not None and beside is not None
+        entry = plain.machine.by_path[NumberPath.parse(c.own[0].path, plain.machine.paths).entry]
+        is_kept = entry.__dict__.get(c.own[0].field.attribute) == pytest.approx(beside.values[c.own[0].path], rel=1e-9)
+        assert is_kept == (kind == "heat_source")
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import theta_of
 from network.analysis.diagnosis.lumps.additive_correction import AdditiveCorrection
 from network.catalogue.declaration.declare import list_kinds
+from network.catalogue.declaration.entry_path import NumberPath
 from network.catalogue.declaration.fields import REQUIRED
 from network.catalogue.mechanisms.base import Link
 from network.catalogue.mechanisms.mechanism import Relay
@@ -46,8 +47,9 @@ def straighten(h: Hypothesis, relay: Candidate | None = None) -> Hypothesis | No
         return None if network.melting else h
     try:
         patch: dict[str, Any] = {"links": dict(_straight_links(h, network, bent)), "sources": dict.fromkeys(reading)}
-        machine = at_values(relay.base if relay else h.machine, _own_values(h, relay)).patched(patch)
+        machine = (relay.base if relay else h.machine).patched(patch)
         machine = follow_relays(machine, h.fit.problem.data[0].run.schedule.signals)
+        machine = _with_own_numbers(machine, h, patch)
         return None if network.melting else _correct(h, machine, relay)
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
@@ -99,9 +101,12 @@ def _is_told_by_strength(kind: type[Link]) -> bool:
     return plain and all(f.default is not REQUIRED for f in other)
 
 
-def _own_values(h: Hypothesis, relay: Candidate | None) -> dict[str, float]:
-    own = {p.path for p in relay.own} if relay else set[str]()
-    return {path: x for path, x in h.own_values.items() if path not in own}
+def _with_own_numbers(machine: Machine, h: Hypothesis, exchanged: Mapping[str, Mapping[str, Any]]) -> Machine:
+    """A machine with the numbers of those findings that are in it and were not exchanged."""
+    there = {path: NumberPath.parse(path, machine.paths) for path in h.own_values}
+    own = {path: number.entry for path, number in there.items() if number is not None}
+    kept = [path for path, entry in own.items() if entry.name not in exchanged.get(entry.section, {})]
+    return at_values(machine, {path: h.own_values[path] for path in kept})
 
 
 def _correct(h: Hypothesis, machine: Machine, relay: Candidate | None) -> Hypothesis | None:
