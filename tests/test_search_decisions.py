@@ -105,6 +105,20 @@ def test_more_is_looked_for_where_more_than_noise_is_left(of: Any, told: bool) -
     assert screening.leaves_something(of) is told
 
 
+@pytest.mark.parametrize(
+    ("share", "of", "told"),
+    [(1.01, h(1.0, is_bent=False), True), (0.99, h(1.0, is_bent=False), False), (1.01, h(1.0, is_bent=True), False),
+     (1.01, h(1.0, found=("tilt",), is_bent=False), False)],
+)  # fmt: skip
+def test_one_candidate_that_shows_half_of_what_lumps_may_leave_is_looked_at_where_little_is_left(
+    share: float, of: Any, told: bool
+) -> None:
+    """Half of (χ² − 1)/2 nats for each of 1000 readings, beside numbers that are near those of the file."""
+    gain = share * 0.5 * (NOISE**2 - 1) / 2 * 1000
+    seen = bare(scores=[bare(gain=1.0), bare(gain=gain)], before=bare(fit=bare(left=[0.0] * 1000)))
+    assert forward_selection._shows_name(of, seen) is told
+
+
 def test_a_finding_gains_more_than_chance_and_takes_away_what_is_worth_a_name() -> None:
     before, worth = h(2.0, 100.0, offset_pull=0.0), 2.0 * (1 - SETTINGS.worth)
     for after, told in (
