@@ -457,9 +457,13 @@ def test_the_machine_as_written_is_cut_more_finely_while_that_helps(
 ) -> None:
     """Not where lumps gain little, or leave what they do not mend."""
     evidence = np.cumsum([0.0, *gains])
-    levels = [h(chi, float(e), values={"level": i}) for i, (chi, e) in enumerate(zip(chis, evidence, strict=True))]
+    of = {"root": "machine", "fit": bare(problem=bare(model=bare(switches=True)))}
+    levels = [
+        h(chi, float(e), values={"level": i}, **of) for i, (chi, e) in enumerate(zip(chis, evidence, strict=True))
+    ]
     begun = list[Any]()
     monkeypatch.setattr(lump_refinement, "LEVELS", 9)
+    monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {"bar": 1})
     monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: each.values["level"] + 1)
     monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
     monkeypatch.setattr(
@@ -488,6 +492,31 @@ def test_where_much_is_left_every_bar_is_cut_if_the_lumps_it_takes_promise_nothi
     monkeypatch.setattr(lump_refinement, "_fit_finer", lambda case, finer, *of: h(0.6 * chi, 99.0, machine=finer))
     levels = lump_refinement.refine_lumps(bare(), written)
     assert [each.machine for each in levels[1:]] == told
+
+
+@pytest.mark.parametrize(
+    ("left", "tried", "told"),
+    [({"chosen": 0.4, "cut": 0.3}, ["chosen"], "chosen"), ({"chosen": 0.6, "cut": 0.4}, ["chosen", "cut"], "cut"),
+     ({"chosen": 0.6, "cut": 0.8}, ["chosen", "cut"], "chosen")],
+)  # fmt: skip
+def test_every_bar_is_cut_too_where_the_lumps_it_takes_are_no_matter(
+    left: dict[str, float], tried: list[str], told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the first ones leave of the misfit may be as little as half."""
+    fit = bare(problem=bare(model=bare(switches=False)))
+    written, fitted = h(70.0, 0.0, root="written", fit=fit), list[str]()
+    monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: "chosen" if each is written else None)
+    monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {"bar": 1})
+    monkeypatch.setattr(lump_refinement, "cut_bars", lambda machine, counts: "cut")
+    monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
+
+    def fit_finer(case: Any, finer: str, *of: Any) -> Any:
+        fitted.append(finer)
+        return h(left[finer] * 70.0, 99.0 - left[finer], root=finer, machine=finer, fit=fit)
+
+    monkeypatch.setattr(lump_refinement, "_fit_finer", fit_finer)
+    levels = lump_refinement.refine_lumps(bare(), written)
+    assert (fitted, [each.machine for each in levels[1:]]) == (tried, [told])
 
 
 LATE = bare(budget=TimeBudget(100.0, prepared=-1.0))

@@ -32,6 +32,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis,
 from network.analysis.diagnosis.lumps.lump_promise import promises_more
 from network.analysis.diagnosis.screening.screen import whiten
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.ranking import best_of
 from network.analysis.sweep.finer_lumps import bars_of, cut_bars
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
@@ -85,14 +86,27 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
         best = max(levels, key=lambda h: h.evidence)
         if levels[-1].chi < SETTINGS.noise or is_late(levels[-1]):
             break
-        fits = (_try_finer(case, m, best, written) for m in _list_finer(levels, jobs) if promises_more(levels[-1], m))
-        fitted = next((h for h in fits if h is not None), None)
+        fitted = _fit_first_that_matters(case, levels, best, jobs)
         if fitted is None:
             break
         levels.append(fitted)
         if fitted.evidence < best.evidence + SETTINGS.structure or _is_no_matter_of_lumps(fitted, best):
             break
     return levels
+
+
+def _fit_first_that_matters(
+    case: Case, levels: Sequence[Hypothesis], best: Hypothesis, jobs: int
+) -> Hypothesis | None:  # fmt: skip
+    """The first of the finer machines that promise more by which it is a matter of lumps, fitted; else the best of
+    them, none where none fits."""
+    fitted: Hypothesis | None = None
+    for machine in _list_finer(levels, jobs):
+        if promises_more(levels[-1], machine):
+            fitted = best_of(fitted, _try_finer(case, machine, best, levels[0]))
+        if fitted is not None and not _is_no_matter_of_lumps(fitted, best):
+            break
+    return fitted
 
 
 def is_late(h: Hypothesis) -> bool:
