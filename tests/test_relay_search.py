@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from test_diagnosis import LADDERS, LINKS, plant, recorded
 
-from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.compact_fit import fit_or_none
@@ -22,7 +22,7 @@ from network.analysis.diagnosis.switching.prior_samples import Space
 from network.analysis.diagnosis.switching.relay_fits import _keep_promising
 from network.analysis.diagnosis.switching.relay_samples import draw_over_whole, find_onset
 from network.analysis.diagnosis.switching.relay_search import search_relays, tell_unsearched
-from network.catalogue.declaration.entry_path import NumberPath
+from network.analysis.diagnosis.switching.written_numbers import write_own
 from network.machine.machine import Machine
 
 FAN = {"housing skin": {"kind": "forced_convection", "between": ["housing", "air"], "conductance": "6 W/K ± 30 %",
@@ -62,9 +62,23 @@ def test_numbers_of_what_was_found_stay_where_laws_become_straight() -> None:
         beside = fit_or_none(h.case, (c,), c.own, h.values | {path: 2.5 * x for path, x in c.usual.items()}, 0)
         plain = straighten(beside) if beside is not None else None
         assert plain is not None and beside is not None
-        entry = plain.machine.by_path[NumberPath.parse(c.own[0].path, plain.machine.paths).entry]
+        relay = next(c for c in relays(plain) if Space(c).serves)
+        laid = candidate(plain.machine, relay.kind, relay.patch)
+        assert laid is not None
+        entry = laid.machine.by_path[c.own[0].entry]
         is_kept = entry.__dict__.get(c.own[0].field.attribute) == pytest.approx(beside.values[c.own[0].path], rel=1e-9)
         assert is_kept == (kind == "heat_source")
+
+
+def test_a_relay_is_drawn_beside_the_numbers_of_what_was_found() -> None:
+    h = null(plant(), plant())
+    c = next(c for c in candidates(h.machine, h.case.drivers) if c.kind.kind == "heat_source")
+    beside = fit_or_none(h.case, (c,), c.own, h.values | {path: 2.5 * x for path, x in c.usual.items()}, 0)
+    assert beside is not None and straighten(beside) is beside
+    laid = candidate(write_own(beside), relays(beside)[0].kind, relays(beside)[0].patch)
+    assert laid is not None
+    power = laid.machine.by_path[c.own[0].entry].__dict__[c.own[0].field.attribute]
+    assert power == pytest.approx(beside.values[c.own[0].path], rel=1e-12)
 
 
 @pytest.mark.parametrize(

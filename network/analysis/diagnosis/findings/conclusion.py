@@ -51,7 +51,7 @@ def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], see
         findings, verdict = [*findings, *beside], "missing_physics"
     findings = _weigh_findings(search, findings, fits, bool(refuted))
     known = isolability(search.screened.scores, search.screened.proposed)
-    is_looked = search.null.chi > SETTINGS.noise or bool(search.steps)
+    is_looked = whole.null.chi > SETTINGS.noise or bool(whole.steps)
     unsearched = list_unsearched(search.screened, search.ended, _list_tried(search, findings)) if is_looked else []
     sentences = [*tell_refuted(refuted), *tell_recordings(search), *(u.sentence for u in unsearched)]
     sentences += _tell_runs(search, before, findings, fits)

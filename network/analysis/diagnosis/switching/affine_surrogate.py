@@ -19,8 +19,8 @@ from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import theta_of
 from network.analysis.diagnosis.lumps.additive_correction import AdditiveCorrection
+from network.analysis.diagnosis.switching.written_numbers import write_numbers
 from network.catalogue.declaration.declare import list_kinds
-from network.catalogue.declaration.entry_path import NumberPath
 from network.catalogue.declaration.fields import REQUIRED
 from network.catalogue.mechanisms.base import Link
 from network.catalogue.mechanisms.mechanism import Relay
@@ -103,10 +103,9 @@ def _is_told_by_strength(kind: type[Link]) -> bool:
 
 def _with_own_numbers(machine: Machine, h: Hypothesis, exchanged: Mapping[str, Mapping[str, Any]]) -> Machine:
     """A machine with the numbers of those findings that are in it and were not exchanged."""
-    there = {path: NumberPath.parse(path, machine.paths) for path in h.own_values}
-    own = {path: number.entry for path, number in there.items() if number is not None}
-    kept = [path for path, entry in own.items() if entry.name not in exchanged.get(entry.section, {})]
-    return at_values(machine, {path: h.own_values[path] for path in kept})
+    there = [p for p in h.own if p.entry in machine.by_path]
+    kept = [p for p in there if p.entry.name not in exchanged.get(p.entry.section, {})]
+    return write_numbers(machine, kept, h.own_values)
 
 
 def _correct(h: Hypothesis, machine: Machine, relay: Candidate | None) -> Hypothesis | None:

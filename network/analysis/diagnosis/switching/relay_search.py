@@ -36,6 +36,7 @@ from network.analysis.diagnosis.switching.relay_samples import (
     draw_samples,
     find_onset,
 )
+from network.analysis.diagnosis.switching.written_numbers import write_own
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
 from network.platform.parallel import run_all
@@ -82,7 +83,8 @@ def _search_about(
         linearise_firmly(plain, theta) for theta in (theta_of(plain.fit.problem.parameters, values), _of_file(plain))
     ]
     known, onset = {c.key: c for c in switched}, find_onset(about)
-    laid = [again for c in known.values() if (again := candidate(plain.machine, c.kind, c.patch)) is not None]
+    written = write_own(plain)
+    laid = [again for c in known.values() if (again := candidate(written, c.kind, c.patch)) is not None]
     near = {h.found[-1].key: _numbers(h, Space(h.found[-1])) for h in best}
     leave = partial(leave_of_null, about)
     fits: list[Hypothesis] = []
@@ -112,7 +114,7 @@ def search_near(
 
 def _draw_near(plain: Hypothesis, onset: float, seed: int, start: RelayStart) -> list[RelayStart]:
     """The best draws about some numbers, on a machine that stands for the null's."""
-    again = candidate(plain.machine, start.candidate.kind, start.candidate.patch)
+    again = candidate(write_own(plain), start.candidate.kind, start.candidate.patch)
     if again is None or not (space := Space(again)).serves:
         return []
     began, middle = start.began[0].start if start.began else {}, again.machine.reference

@@ -23,12 +23,12 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.certain_levels import find_relay, make_certain
 from network.analysis.diagnosis.switching.relay_fits import RelayStart
 from network.analysis.diagnosis.switching.shown_relays import ShownRelay
+from network.analysis.diagnosis.switching.written_numbers import write_numbers
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.mechanisms.base import Source
 from network.engine.response.followed_relays import TRACED
 from network.platform.parallel import run_all
-from network.platform.quantities.units import show
 from network.platform.refusal import Refused
 from network.recordings.relay_mode import RelayMode
 
@@ -36,8 +36,6 @@ MOST = 3
 """Relays that are followed in parts that are there, and as many in those that come with one."""
 IDLE = 8
 """Steps of the fit beside a part that comes with a relay, its numbers held."""
-DIGITS = 17
-"""Of numbers that are written into a machine and stay what they are."""
 
 
 class _Switched(NamedTuple):
@@ -116,9 +114,8 @@ def _trace_brought(null: Hypothesis, values: Mapping[str, float], of: _Switched)
 
 def _write(c: Candidate, told: Mapping[str, float]) -> Candidate | None:
     """The candidate with some of its numbers as if the file had them, and none free; None where they may not be so."""
-    numbers = {p.path: show(told[p.path], p.field.unit, DIGITS) for p in c.own if p.path in told}
     try:
-        return replace(c, machine=c.machine.patched(numbers), own=())
+        return replace(c, machine=write_numbers(c.machine, c.own, told), own=())
     except Refused:
         return None
 
