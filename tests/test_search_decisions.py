@@ -10,7 +10,7 @@ import pytest
 from build import machine
 from test_small_decisions import bare
 
-from network.analysis.diagnosis import readings_set_right, search, search_end, time_budget
+from network.analysis.diagnosis import readings_set_right, search, search_end, time_budget, tracks
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
 from network.analysis.diagnosis.findings import (
@@ -117,6 +117,19 @@ def test_one_candidate_that_shows_half_of_what_lumps_may_leave_is_looked_at_wher
     gain = share * 0.5 * (NOISE**2 - 1) / 2 * 1000
     seen = bare(scores=[bare(gain=1.0), bare(gain=gain)], before=bare(fit=bare(left=[0.0] * 1000)))
     assert forward_selection._shows_name(of, seen) is told
+    few = bare(scores=[bare(gain=SETTINGS.least)], before=bare(fit=bare(left=[0.0] * 100)))
+    assert not forward_selection._shows_name(of, few)
+
+
+@pytest.mark.parametrize(("spent", "lumps", "looked"), [(0.0, 999, True), (1.0, 999, False), (1.0, 2, True)])
+def test_where_little_is_left_of_many_lumps_candidates_are_scored_while_there_is_time(
+    spent: float, lumps: int, looked: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    budget = TimeBudget(100.0, prepared=50.0)
+    case = bare(budget=replace(budget, began=budget.began - 100.0 * spent))
+    monkeypatch.setattr(tracks, "screen_candidates", lambda *of: "scored")
+    track = tracks._screen(h(1.0, offset_pull=0.0, case=case, machine=bare(lumps=lumps)), 0, 1)
+    assert (track.screened == "scored") is looked
 
 
 def test_a_finding_gains_more_than_chance_and_takes_away_what_is_worth_a_name() -> None:

@@ -49,7 +49,7 @@ def list_tracks(
 
 
 def _screen(h: Hypothesis, seed: int, jobs: int) -> Track:
-    is_told = not leaves_something(h) and h.machine.lumps > MANY
+    is_told = not leaves_something(h) and h.machine.lumps > MANY and h.case.budget.is_prepared()
     return Track(h, Screening(h) if is_told else screen_candidates(h, seed, jobs))
 
 

@@ -47,8 +47,9 @@ STEPS = 15
 LEVELS = 3
 """Times that lumps are refined."""
 FINEST, MANY = 400, 120
-"""Lumps beyond which a machine is not refined, and beyond which it is not worked out what would not have shown, where
-nothing is looked for, nor looked once more for readings at fault (budget)."""
+"""Lumps beyond which a machine is not refined, and beyond which it is not worked out what would not have shown where
+little is left and what comes before the search has had its time, nor looked once more for readings at fault
+(budget)."""
 ROUNDS, GROWTH = 4, 4
 """Times that lumps are looked at again, and how many times as many a bar gets at once."""
 LOOK, FURTHER, SLOWER = 0.1, 0.01, 1.5

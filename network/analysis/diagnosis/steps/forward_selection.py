@@ -161,7 +161,7 @@ def _shows_name(current: Hypothesis, first: Screening) -> bool:
     if current.found or current.is_bent:
         return False
     left = (SETTINGS.noise**2 - 1) / 2 * len(first.before.fit.left)
-    return any(s.gain > SETTINGS.half * left for s in first.scores)
+    return any(s.gain > max(SETTINGS.half * left, SETTINGS.least) for s in first.scores)
 
 
 def _may_show_relays(now: Selection) -> bool:
