@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,9 @@ from network.recordings.relay_mode import RelayMode
 from network.recordings.stamps import AUTO
 from network.recordings.table_rows import Header
 from network.recordings.yaml_values import collecting
+
+BEGINNINGS = 64
+"""Beginnings of recordings that are remembered: fits over ever more of them lay the same ones out alike."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -100,8 +104,8 @@ class Recording(Result):
         return tell_cuts(self.file, self.t, self.cuts)
 
     def until(self, share: float) -> Recording:
-        """Its beginning, to a share of its length."""
-        return self._keep(self.t <= self.t[0] + share * (self.t[-1] - self.t[0]))
+        """Its beginning, to a share of its length; the same one as long as it is remembered."""
+        return _begin(self, share)
 
     def before(self, t: float) -> Recording:
         """What was recorded before an instant [s]."""
@@ -170,6 +174,11 @@ class Recording(Result):
         wrong = f"the input '{column.name}' has no value at {count}"
         right = f"fill them in, or read it through a mapping with `fill: {{{column.name}: linear}}` (or hold)"
         raise refuse(spot, wrong, right if len(known) else "give it values, it has none")
+
+
+@lru_cache(maxsize=BEGINNINGS)
+def _begin(recording: Recording, share: float) -> Recording:
+    return recording._keep(recording.t <= recording.t[0] + share * (recording.t[-1] - recording.t[0]))
 
 
 def _load_csv(path: Path) -> Recording:

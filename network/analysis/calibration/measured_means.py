@@ -38,9 +38,9 @@ LONE, MOST_JUMPS = 3.0, 40
 """Samples from the next jump at which one stands alone; more of them than this in a run are an input that flutters."""
 EDGE = 12**-0.5
 """1σ of an instant that lies anywhere in an interval, in its length."""
-LOOKED = 256
+LOOKED = 512
 """Channels of recordings of which it is remembered what they tell by themselves."""
-LAID_OUT = 32
+LAID_OUT = 64
 """Recordings that are kept laid out: fits of rivals lay the same ones out alike."""
 
 

@@ -82,14 +82,15 @@ def _solve_lower(root: Array, values: Array) -> Array:
 
 def whitener(data: Measured, noise: Noise) -> Whitener:
     """The whitening of one run."""
-    return Whitener(data.known, tuple(_root_of(data, noise, i) for i in range(len(data.run.channels))))
+    variance = data.variance
+    return Whitener(data.known, tuple(_root_of(data, variance, noise, i) for i in range(len(data.run.channels))))
 
 
-def _root_of(data: Measured, noise: Noise, i: int) -> Array:
-    """The root of one channel's covariance."""
+def _root_of(data: Measured, whole: Array, noise: Noise, i: int) -> Array:
+    """The root of one channel's covariance; whole: white variances of all channels."""
     cells, name = data.run.knots.cells, data.run.channels[i]
     rows = slice(i * cells, (i + 1) * cells)
-    variance, (s, tau) = data.variance[rows][data.known[rows]], noise.coloured.get(name, (0.0, 1.0))
+    variance, (s, tau) = whole[rows][data.known[rows]], noise.coloured.get(name, (0.0, 1.0))
     if not s:
         return np.asarray(np.sqrt(variance))
     t, cell = _samples(data, name)

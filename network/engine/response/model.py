@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -70,14 +71,20 @@ class Model:
 
     def afresh(self) -> Model:
         """The same without what its predictions left."""
-        return Model(self.original, self.parameters, self.runs)
+        return self._on(self.runs)
 
     def about(self, runs: Sequence[Run]) -> Model:
         """The same on the same runs from other temperatures of the parts or under other inputs: what these come to is
         near to what they came to."""
-        other = Model(self.machine, self.parameters, runs)
+        other = self._on(runs)
         other.warm.guess.update(self.warm.guess)
         other.warm.middle.update(self.warm.middle)
+        return other
+
+    def _on(self, runs: Sequence[Run]) -> Model:
+        """The same on runs that tell as many modes; nothing is built again for that."""
+        other = copy(self)
+        other.runs, other.warm = tuple(runs), WarmStart()
         return other
 
     def at(self, theta: Array) -> tuple[Machine, Network]:
