@@ -29,7 +29,7 @@ from network.engine.network import Network
 from network.engine.response.followed_relays import follow_relays
 from network.engine.response.model import Model
 from network.engine.response.nonlinear_laws import heat_of
-from network.engine.response.parameters import at_values, free_parameters
+from network.engine.response.parameters import Parameter, at_values, free_parameters
 from network.machine.machine import Machine
 from network.platform.refusal import Failed, Refused
 
@@ -49,7 +49,7 @@ def straighten(h: Hypothesis, relay: Candidate | None = None) -> Hypothesis | No
         patch: dict[str, Any] = {"links": dict(_straight_links(h, network, bent)), "sources": dict.fromkeys(reading)}
         machine = (relay.base if relay else h.machine).patched(patch)
         machine = follow_relays(machine, h.fit.problem.data[0].run.schedule.signals)
-        machine = _with_own_numbers(machine, h, patch)
+        machine = write_numbers(machine, _list_kept(machine, h, relay, patch), h.own_values)
         return None if network.melting else _correct(h, machine, relay)
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
@@ -101,11 +101,14 @@ def _is_told_by_strength(kind: type[Link]) -> bool:
     return plain and all(f.default is not REQUIRED for f in other)
 
 
-def _with_own_numbers(machine: Machine, h: Hypothesis, exchanged: Mapping[str, Mapping[str, Any]]) -> Machine:
-    """A machine with the numbers of those findings that are in it and were not exchanged."""
-    there = [p for p in h.own if p.entry in machine.by_path]
-    kept = [p for p in there if p.entry.name not in exchanged.get(p.entry.section, {})]
-    return write_numbers(machine, kept, h.own_values)
+def _list_kept(
+    machine: Machine, h: Hypothesis, relay: Candidate | None, exchanged: Mapping[str, Mapping[str, Any]]
+) -> list[Parameter]:  # fmt: skip
+    """Numbers of those findings beside a relay that are in a machine and were not exchanged; what comes with the relay
+    may stand there as another thing, like a tank as a coolant that is held."""
+    own = {p.path for p in relay.own} if relay else set[str]()
+    there = [p for p in h.own if p.path not in own and p.entry in machine.by_path]
+    return [p for p in there if p.entry.name not in exchanged.get(p.entry.section, {})]
 
 
 def _correct(h: Hypothesis, machine: Machine, relay: Candidate | None) -> Hypothesis | None:
