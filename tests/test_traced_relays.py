@@ -6,17 +6,20 @@ import numpy as np
 import pytest
 from build import machine
 from test_diagnosis import LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recorded
-from test_relay_search import COOLER, null
+from test_relay_search import COOLER, FAN, null
 
-from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
 from network.analysis.diagnosis.candidates.candidates import candidates, lay_over
 from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.compact_fit import fit_or_none
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.switched_heat import trace_switched
+from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.carried_relays import carry_in_step
 from network.analysis.diagnosis.switching.followed_search import search_traced_relays
+from network.analysis.diagnosis.switching.prior_samples import Space
 from network.analysis.diagnosis.switching.relay_levels import _Course, _match_levels
 from network.analysis.diagnosis.switching.traced_relays import _find_place, _write, trace_relays
 from network.engine.response.followed_relays import follow_relays
@@ -99,6 +102,18 @@ def test_the_tank_beside_which_is_traced_again_keeps_its_numbers() -> None:
     followed = follow_relays(held.machine, {of.mode(np.array([0.0, 60.0])).name})
     assert followed.nodes["water"].heat_capacity == pytest.approx(told["nodes.water.heat_capacity"], rel=1e-9)
     assert _write(of.followed, {"nodes.water.heat_capacity": -1.0}) is None
+
+
+def test_what_comes_with_a_relay_is_brought_again_beside_laws_that_became_straight() -> None:
+    links = LINKS | WATER | {"shine": FAN["shine"]}
+    known, truth = (machine(nodes, links=links, sources=more, sensors=SENSORS) for nodes, more in MADE)
+    h = null(known, truth)
+    chiller = next(c for c in switched(h) if "water" in c.places)
+    beside = fit_or_none(h.case, (chiller,), chiller.own, h.values | chiller.usual, 0)
+    plain = straighten(beside, chiller) if beside is not None else None
+    assert plain is not None and not plain.machine.nodes["water"].is_part
+    again = candidate(plain.machine, chiller.kind, chiller.patch)
+    assert again is not None and Space(again).parts == Space(chiller).parts == ("water",)
 
 
 def test_what_brings_no_relay_is_not_carried(cooled: Hypothesis) -> None:
