@@ -19,7 +19,7 @@ from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import theta_of
 from network.analysis.diagnosis.lumps.additive_correction import AdditiveCorrection
-from network.analysis.diagnosis.switching.written_numbers import write_numbers
+from network.analysis.diagnosis.switching.written_numbers import write_or_leave
 from network.catalogue.declaration.declare import list_kinds
 from network.catalogue.declaration.fields import REQUIRED
 from network.catalogue.mechanisms.base import Link
@@ -49,7 +49,7 @@ def straighten(h: Hypothesis, relay: Candidate | None = None) -> Hypothesis | No
         patch: dict[str, Any] = {"links": dict(_straight_links(h, network, bent)), "sources": dict.fromkeys(reading)}
         machine = (relay.base if relay else h.machine).patched(patch)
         machine = follow_relays(machine, h.fit.problem.data[0].run.schedule.signals)
-        machine = write_numbers(machine, _list_kept(machine, h, relay, patch), h.own_values)
+        machine = write_or_leave(machine, _list_kept(machine, h, relay, patch), h.own_values)
         return None if network.melting else _correct(h, machine, relay)
     except (Failed, Refused, np.linalg.LinAlgError):
         return None

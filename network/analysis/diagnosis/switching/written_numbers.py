@@ -21,9 +21,14 @@ def write_numbers(machine: Machine, own: Sequence[Parameter], values: Mapping[st
     return machine.patched(numbers) if numbers else machine
 
 
-def write_own(h: Hypothesis) -> Machine:
-    """The machine of a hypothesis with the numbers of what was found in it; as it is where a file may not have them."""
+def write_or_leave(machine: Machine, own: Sequence[Parameter], values: Mapping[str, float]) -> Machine:
+    """The same; the machine as it is where a file may not have them."""
     try:
-        return write_numbers(h.machine, h.own, h.values)
+        return write_numbers(machine, own, values)
     except Refused:
-        return h.machine
+        return machine
+
+
+def write_own(h: Hypothesis) -> Machine:
+    """The machine of a hypothesis with the numbers of what was found in it, or as it is."""
+    return write_or_leave(h.machine, h.own, h.values)
