@@ -8,8 +8,9 @@ from functools import cached_property
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.latent_heat.latent_rest import Rest
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
-from network.analysis.diagnosis.latent_heat.mismatch import Mismatch, locate_mismatch
+from network.analysis.diagnosis.latent_heat.mismatch import Mismatch, locate_beside, locate_mismatch
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.steps.backward_elimination import share_explained
@@ -26,7 +27,8 @@ class Search:
 
     given: the recordings as they were; fault: what was wrong with a channel of them, set right in those of the case;
     ended: `budget`, `stopped` or, where runs broke down, `broken` where it did not come to its end; faced: what it came
-    to at the numbers that keep its relays in step by themselves, where it stood on modes that were read.
+    to at the numbers that keep its relays in step by themselves, where it stood on modes that were read; unrecorded:
+    surroundings of any course beside the null, where nothing that was found explains as much.
     """
 
     given: Case
@@ -39,6 +41,7 @@ class Search:
     screened: Screening
     ended: str = ""
     faced: Hypothesis | None = None
+    unrecorded: Rest | None = None
 
     @property
     def best(self) -> Hypothesis:
@@ -88,6 +91,8 @@ class Search:
     @cached_property
     def mismatch(self) -> Mismatch:
         """Of the null."""
+        if self.unrecorded is not None:
+            return locate_beside(self.null, self.unrecorded)
         return locate_mismatch(self.null, self.is_hurried)
 
     @property

@@ -109,6 +109,11 @@ def _list_locations(fit: Linearised, machine: Machine) -> Iterator[Location]:
     yield from (Location(channel=name) for name in dict.fromkeys(n for d in fit.problem.data for n in d.run.channels))
 
 
+def has_stated(fit: Linearised, machine: Machine) -> bool:
+    """Whether there are surroundings of which no course is given."""
+    return any(_list_stated(fit, machine))
+
+
 def _list_stated(fit: Linearised, machine: Machine) -> Iterator[str]:
     """Held nodes whose temperature nobody recorded, and the file or what came with a recording states. What is joined
     to one part alone is no other suspect than heat in that part."""

@@ -45,6 +45,11 @@ def locate_mismatch(h: Hypothesis, is_late: Callable[[], bool] = lambda: False) 
     return _compare_places(h, _temper(moved).beside)
 
 
+def locate_beside(h: Hypothesis, rest: Rest) -> Mismatch:
+    """Of a hypothesis, at the numbers that stand beside some heat."""
+    return _compare_places(h, _temper(rest).beside)
+
+
 def _tell_briefly(h: Hypothesis) -> Mismatch:
     """Places as its own numbers have them, and the numbers beside the heat at the first."""
     own = _compare_places(h, expand(h))

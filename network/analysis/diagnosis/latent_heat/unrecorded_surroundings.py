@@ -1,0 +1,40 @@
+"""Surroundings of which the file states a temperature, and that had another course in every run.
+
+No number of a machine tells such courses, so no candidate does, and numbers that are fitted without them are bent to
+them, far from where slopes lead back. So they are looked for beside the numbers of the file, where a fit starts: heat
+of any course at one place, the numbers refitted together with it (latent_rest).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.latent_heat.latent_rest import Rest, refit_together
+from network.analysis.diagnosis.latent_heat.locate import has_stated, locate
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.refit import linearise_at_priors
+
+ROUNDS = 6
+"""Steps of the numbers together with such a course: from those of the file more than from fitted ones."""
+
+
+def find_unrecorded(h: Hypothesis) -> Rest | None:
+    """The machine of a hypothesis beside surroundings of any course; None where it leaves little, nothing is stated, or
+    that explains no more than heat elsewhere, or less than three quarters of what is left."""
+    if h.chi <= SETTINGS.doubtful or not has_stated(h.linearised, h.machine):
+        return None
+    at = linearise_at_priors(h.fit)
+    if at is None:
+        return None
+    about = replace(h, fit=at.temper(1.0, 1.0))
+    first, *others = sorted(locate(about.linearised, h.machine, 1.0), key=lambda u: -u.gain)
+    if not first.is_room or first.gain - others[0].gain < SETTINGS.alike:
+        return None
+    rest = refit_together(Rest(about, first), ROUNDS)
+    return rest if explains_most_beside(rest, h) else None
+
+
+def explains_most_beside(rest: Rest, h: Hypothesis) -> bool:
+    """Whether it leaves no more than a quarter of the excess χ² − 1 that a hypothesis leaves."""
+    return rest.left - 1 < SETTINGS.half**2 * (h.chi**2 - 1)
