@@ -43,10 +43,11 @@ def move_edges(at: Linearised | Estimate) -> tuple[Array, ...]:
 
 
 def expand_anew(at: Linearised) -> Linearised:
-    """The same θ, linear about the starts and inputs that are most probable there; as it is where that runs away."""
+    """The same θ, linear about the starts and inputs that are most probable there, bent laws by what they added nearby;
+    as it is where that runs away."""
     try:
         problem = replace(at.problem.about(move_points(at)), moves=True)
-        return linearise(problem, at.theta)
+        return linearise(problem, at.theta, at.whole_bent)
     except Failed:
         return at
 

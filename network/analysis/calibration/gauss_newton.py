@@ -142,7 +142,7 @@ def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Li
                     radius = _radius_after(radius, length_of(tried.theta - at.theta, units), gain / expected)
                     return new, radius, at.cost - new.cost if at.problem.model.switches else gain
             trial = new
-        if at.made_at is not None:
+        if at.made_at is not None or at.is_rough:
             at = with_slopes(at.problem, at.theta, at.predictions, _keep_slopes(at))
         else:
             share = _shrink(at, trial, float(step @ gradient))
@@ -183,7 +183,7 @@ def _renew_slopes(new: Linearised, at: Linearised) -> Linearised:
         return expand_anew(new)
     if _is_near(new):
         return new
-    return with_slopes(new.problem, new.theta, new.predictions, _keep_slopes(at))
+    return with_slopes(new.problem, new.theta, new.predictions, _keep_slopes(at), at.bent)
 
 
 def _keep_slopes(at: Linearised) -> Linearised | None:
@@ -208,6 +208,6 @@ def _lies_within(at: Linearised, made_at: Array | None, reach: float) -> bool:
 
 def _complete_slopes(at: Linearised) -> Linearised:
     """With slopes by θ that are good here, and slopes by η from here."""
-    if not _is_near(at):
+    if at.is_rough or not _is_near(at):
         return with_slopes(at.problem, at.theta, at.predictions)
     return at if at.eta_made_at is None else with_nuisance_slopes(at)

@@ -15,6 +15,7 @@ from network.analysis.calibration.problem import Problem
 from network.analysis.calibration.projector import Projector
 from network.analysis.calibration.slopes import Rows, Slopes
 from network.catalogue.declaration.declare import Array
+from network.engine.response.answers import Answers
 from network.engine.response.input_slopes import input_slopes
 from network.engine.response.prediction import Prediction, answer_together
 from network.platform.printing import Brief
@@ -25,7 +26,9 @@ from network.platform.refusal import Failed
 class Linearised(Brief):
     """The problem about θ. rows: the whitened residual z − y(θ) and its slopes.
 
-    made_at, eta_made_at: θ at which the slopes by θ and by η were found, where that is not here.
+    made_at, eta_made_at: θ at which the slopes by θ and by η were found, where that is not here; bent: what bent laws
+    add to the whitened slopes of every run by θ and its own nuisances, None where none is bent; is_rough: whether that
+    was found elsewhere.
     """
 
     problem: Problem
@@ -34,6 +37,8 @@ class Linearised(Brief):
     rows: Rows
     made_at: Array | None = None
     eta_made_at: Array | None = None
+    bent: tuple[Array, ...] | None = None
+    is_rough: bool = False
 
     @property
     def free(self) -> int:
@@ -62,6 +67,12 @@ class Linearised(Brief):
     def folded(self) -> Folded:
         """The precision with the runs' own nuisances folded in."""
         return self.rows.slopes.fold(self.problem.prior[1])
+
+    @property
+    def whole_bent(self) -> tuple[Array, ...] | None:
+        """What bent laws add to all slopes; None where that is not known of those by η."""
+        runs = zip(self.bent or (), self.problem.data, strict=False)
+        return self.bent if all(len(rows) == self.free + len(d.own) for rows, d in runs) else None
 
     def project(self, rows: Array) -> Array:
         """What of whitened rows (…, rows) parameters and nuisances cannot take up, given their priors."""
@@ -146,7 +157,10 @@ class Linearised(Brief):
         """The same slopes at another θ."""
         made_at, eta_made_at = (self.theta if at is None else at for at in (self.made_at, self.eta_made_at))
         rows = replace(self.rows, residual=residual)
-        return Linearised(self.problem, theta, predictions, rows, made_at, eta_made_at)
+        return replace(
+            Linearised(self.problem, theta, predictions, rows, made_at, eta_made_at),
+            bent=self.bent, is_rough=self.is_rough,
+        )  # fmt: skip
 
     @property
     def stated_prior(self) -> tuple[Array, Array]:
@@ -164,19 +178,25 @@ class Linearised(Brief):
         return Estimate(problem, self.theta, self.eta, self.left, self.cost, self.covariance, self.folded)
 
 
-def linearise(problem: Problem, theta: Array) -> Linearised:
-    """The problem about θ. Raises Failed where a run runs away."""
-    return with_slopes(problem, theta, problem.model.predict(theta))
+def linearise(problem: Problem, theta: Array, bent: Sequence[Array] | None = None) -> Linearised:
+    """The problem about θ; bent: as in `with_slopes`. Raises Failed where a run runs away."""
+    return with_slopes(problem, theta, problem.model.predict(theta), bent=bent)
 
 
 def with_slopes(
-    problem: Problem, theta: Array, predictions: tuple[Prediction, ...], near: Linearised | None = None
-) -> Linearised:
-    """The problem about θ from its predictions; the slopes by η are those of `near`, if it is given."""
-    parts, n = [], len(theta)
-    means = list_mean_slopes(problem, theta, predictions, near is None)
-    for i, (whiten, slopes) in enumerate(zip(problem.whiteners, means, strict=True)):
-        whitened = whiten(slopes)
+    problem: Problem, theta: Array, predictions: tuple[Prediction, ...], near: Linearised | None = None,
+    bent: Sequence[Array] | None = None,
+) -> Linearised:  # fmt: skip
+    """The problem about θ from its predictions; the slopes by η are those of `near`, if it is given. bent: what bent
+    laws add to the slopes, as it was found nearby: it changes far less than they do, and takes longer to find."""
+    parts, n, is_rough = [], len(theta), bent is not None
+    told = divide_mean_slopes(problem, theta, predictions, near is None, is_rough)
+    if bent is None and any(slopes.bent is not None for slopes in told):
+        bent = [whiten(slopes.added) for whiten, slopes in zip(problem.whiteners, told, strict=True)]
+    for i, (whiten, slopes) in enumerate(zip(problem.whiteners, told, strict=True)):
+        whitened = whiten(slopes.straight)
+        if bent is not None:
+            whitened += bent[i][: len(whitened)]
         if near is None:
             parts.append(Part(whitened[:n], OwnPart(problem.by_offset[i], whitened[n:])))
         else:
@@ -185,7 +205,8 @@ def with_slopes(
     mean, _ = problem.prior
     whole = Slopes(tuple(parts), n, n + len(problem.offsets), len(mean))
     rows = Rows(whole, residual_of(problem, predictions), mean[n:])
-    return Linearised(problem, theta, predictions, rows, None, made_at)
+    kept = None if bent is None else tuple(bent)
+    return Linearised(problem, theta, predictions, rows, None, made_at, kept, is_rough)
 
 
 def weigh_anew(at: Linearised, problem: Problem) -> Linearised:
@@ -206,11 +227,18 @@ def list_mean_slopes(
 ) -> list[Array]:
     """∂(cells' means)/∂(θ, own nuisances) of every run (unknowns, channels · cells), not whitened; by θ alone where it
     is not whole."""
+    return [slopes.whole for slopes in divide_mean_slopes(problem, theta, predictions, is_whole)]
+
+
+def divide_mean_slopes(
+    problem: Problem, theta: Array, predictions: tuple[Prediction, ...], is_whole: bool = True, is_rough: bool = False
+) -> list[Answers]:
+    """The same apart by laws; is_rough: without what bent laws add."""
     pushes = [d.pushes(p.course) for d, p in zip(problem.data, predictions, strict=True)] if is_whole else None
-    means = problem.model.mean_slopes(theta, predictions, pushes)
+    means = problem.model.divide_slopes(theta, predictions, pushes, is_rough)
     steps = [{n.name: n.spread for n in d.inputs} if is_whole else {} for d in problem.data]
     by_inputs = input_slopes(predictions, steps)
-    return [np.concatenate(pair) for pair in zip(means, by_inputs, strict=True)]
+    return [slopes.beside(rows) for slopes, rows in zip(means, by_inputs, strict=True)]
 
 
 def with_nuisance_slopes(at: Linearised) -> Linearised:
@@ -225,7 +253,7 @@ def with_nuisance_slopes(at: Linearised) -> Linearised:
         own = whiten(np.concatenate([answer, others]))
         parts.append(Part(part.by_theta, OwnPart(offsets, own)))
     rows = replace(at.rows, slopes=Slopes(tuple(parts), before.free, before.shared, before.count))
-    return Linearised(problem, at.theta, at.predictions, rows, at.made_at)
+    return replace(at, rows=rows, eta_made_at=None)
 
 
 def residual_of(problem: Problem, predictions: Sequence[Prediction]) -> Array:

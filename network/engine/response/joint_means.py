@@ -10,6 +10,7 @@ from itertools import zip_longest
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
+from network.engine.response.answers import Answers
 from network.engine.response.cell_means import Means, first_seen
 from network.engine.response.linear_run import LinearRun, Push, kick
 from network.engine.response.measured_run import JointPlan
@@ -52,21 +53,30 @@ class JointMeans:
 
     def respond_to(self, pushes: Sequence[Push], slopes: Slopes) -> list[Array]:
         """Changes of the cells' means of every run by pushes: (pushes, channels · cells) each."""
+        return [answers.whole for answers in self.divide(pushes, slopes)]
+
+    def divide(self, pushes: Sequence[Push], slopes: Slopes, is_rough: bool = False) -> list[Answers]:
+        """The same apart by laws; is_rough: without what bent laws add."""
         if not pushes:
-            return [np.empty((0, len(slopes.matrix) * cells)) for cells in self.joint.cells]
+            return [Answers(np.empty((0, len(slopes.matrix) * cells))) for cells in self.joint.cells]
+        own, bent = (self.course.straighten(pushes), None) if is_rough else self.course.divide_pushes(pushes)
+        straight, added = self._respond_to(own, slopes), self._respond_to(bent, slopes) if bent else ()
+        return [Answers(*pair) for pair in zip(straight, added, strict=True)] if added else [*map(Answers, straight)]
+
+    def _respond_to(self, pushes: Sequence[Push], slopes: Slopes) -> list[Array]:
         output_map = self.course.output_map.through(slopes.matrix)
-        pushes = self.course.complete_pushes(pushes)
         means = self._split(self._means.respond_to(pushes, output_map))
         for own, run in zip(means, self.joint.runs, strict=True) if slopes.zeroed.any() else ():
             seen = first_seen(self.course, pushes, output_map, run.start)
             own[:, slopes.zeroed] -= seen[:, slopes.zeroed, None]
         return [own.reshape(len(pushes), -1) for own in means]
 
-    def respond_to_own(self, pushes: Sequence[Sequence[Push]], slopes: Slopes) -> list[Array]:
+    def divide_own(self, pushes: Sequence[Sequence[Push]], slopes: Slopes, is_rough: bool = False) -> list[Answers]:
         """The same by pushes of each run alone, as this counts its intervals: what one of every run does comes at once,
         for no run feels those of another."""
         together = [self._lay_out(each) for each in zip_longest(*pushes)]
-        return [own[: len(mine)] for own, mine in zip(self.respond_to(together, slopes), pushes, strict=True)]
+        told = zip(self.divide(together, slopes, is_rough), pushes, strict=True)
+        return [answers.first(len(mine)) for answers, mine in told]
 
     def _lay_out(self, pushes: Sequence[Push | None]) -> Push:
         """Pushes of the runs, one of each or none, as one of them all."""

@@ -139,6 +139,16 @@ class LinearRun:
         """Pushes with all that they bring about by the way (moved switchings, heat of bent laws)."""
         return pushes
 
+    def straighten(self, pushes: Sequence[Push]) -> Sequence[Push]:
+        """The same without what bent laws add."""
+        return self.complete_pushes(pushes)
+
+    def divide_pushes(
+        self, pushes: Sequence[Push], by_guard: Array | None = None
+    ) -> tuple[Sequence[Push], Sequence[Push] | None]:  # fmt: skip
+        """The same apart: as its straight laws answer them, and heat that bent laws add; None where none is bent."""
+        return self.complete_pushes(pushes, by_guard), None
+
     def answers(self, pushes: Sequence[Push]) -> Array:
         """Changes of rows and sensor states for each push: (pushes, width, 2 K)."""
         return self.ends(self.complete_pushes(pushes), self.output_map)

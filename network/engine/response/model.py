@@ -14,6 +14,7 @@ from network.catalogue.declaration.sections import TCP
 from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
+from network.engine.response.answers import Answers
 from network.engine.response.fixed_switchings import differ_at_switchings, runs_alike
 from network.engine.response.followed_relays import follow_relays, own_numbers
 from network.engine.response.heat_sensitivity import Slots, push_of
@@ -24,7 +25,7 @@ from network.engine.response.measured_run import Run, join_runs
 from network.engine.response.nonlinear_correction import BentCourse
 from network.engine.response.output_jacobian import Slopes, channels_of, see_readings_alone
 from network.engine.response.parameters import Parameter, at_values, values_at
-from network.engine.response.prediction import Prediction, answer_together, joint_of
+from network.engine.response.prediction import Prediction, divide_together, joint_of
 from network.engine.response.run_plan import plan_of, start_of
 from network.engine.response.seen_differences import differ_as_seen, is_seen_only
 from network.engine.response.switchings import (
@@ -217,28 +218,34 @@ class Model:
         self, theta: Array, predictions: Sequence[Prediction], also: Sequence[Sequence[Push]] | None = None
     ) -> list[Array]:
         """∂(cells' means)/∂θ of every run, below them its answers to further pushes: (parameters + pushes, ·) each."""
-        others = self._others(theta, predictions, cells=True)
-        further = answer_together(predictions, also) if also else None
-        out = []
-        for r, (by_heat, slopes) in enumerate(self._heat_slopes(theta, predictions)):
-            if others:
-                own, slopes = slopes, np.empty((len(self.parameters), slopes.shape[1]))
-                slopes[by_heat] = own
+        return [answers.whole for answers in self.divide_slopes(theta, predictions, also)]
+
+    def divide_slopes(
+        self, theta: Array, predictions: Sequence[Prediction], also: Sequence[Sequence[Push]] | None = None,
+        is_rough: bool = False,
+    ) -> list[Answers]:  # fmt: skip
+        """The same apart by laws; is_rough: without what bent laws add."""
+        others, out = self._others(theta, predictions, cells=True), []
+        further = divide_together(predictions, also, is_rough) if also else None
+        for r, (by_heat, answers) in enumerate(self._heat_slopes(theta, predictions, is_rough)):
+            slopes = answers.among(len(self.parameters), by_heat)
             for j, values in others.items():
-                slopes[j] = values[r]
-            out.append(slopes if further is None else np.concatenate([slopes, further[r]]))
+                slopes.straight[j] = values[r]
+            out.append(slopes if further is None else slopes.above(further[r]))
         return out
 
-    def _heat_slopes(self, theta: Array, predictions: Sequence[Prediction]) -> Iterator[tuple[list[int], Array]]:
+    def _heat_slopes(
+        self, theta: Array, predictions: Sequence[Prediction], is_rough: bool
+    ) -> Iterator[tuple[list[int], Answers]]:  # fmt: skip
         """Parameters that act by heat, and what the cells' means of every run answer to them."""
         joint, slopes = joint_of(predictions)
         if joint is not None and slopes is not None:
             by_heat, pushes, _ = self._pushes(theta, joint.course)
-            yield from ((by_heat, answers) for answers in joint.respond_to(pushes, slopes))
+            yield from ((by_heat, answers) for answers in joint.divide(pushes, slopes, is_rough))
             return
         for prediction in predictions:
             by_heat, pushes, guards = self._pushes(theta, prediction.course)
-            yield by_heat, prediction.respond_to(pushes, guards)
+            yield by_heat, prediction.divide(pushes, guards, is_rough)
 
     def _pushes(self, theta: Array, course: LinearRun) -> tuple[list[int], list[Push], Array | None]:
         """Parameters that act by heat, their pushes, and how they move the guards of relays."""

@@ -113,12 +113,22 @@ class BentCourse(LinearRun):
 
     def complete_pushes(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
         """Pushes with the heat that bent laws add as temperatures answer to it."""
+        own, bent = self.divide_pushes(pushes)
+        return own if bent is None else [_append_series(*pair) for pair in zip(own, bent, strict=True)]
+
+    def straighten(self, pushes: Sequence[Push]) -> Sequence[Push]:
+        """As the windows' laws answer them."""
+        return pushes if self.melts is None else [_stretch(p, *self.melts) for p in pushes]
+
+    def divide_pushes(
+        self, pushes: Sequence[Push], by_guard: Array | None = None
+    ) -> tuple[Sequence[Push], Sequence[Push] | None]:  # fmt: skip
+        """The same apart: as the windows' laws answer them, and the heat that the bends add."""
         if self.bends is None or not len(self.bends.spread):
-            return pushes
-        pushes = pushes if self.melts is None else [_stretch(p, *self.melts) for p in pushes]
-        steps = self._list_steps(self.bends)
-        parts = (self._correct(pushes[some], steps, self.bends) for some in self.portions(len(pushes), TOGETHER))
-        return [push for part in parts for push in part]
+            return pushes, None
+        pushes, steps = self.straighten(pushes), self._list_steps(self.bends)
+        parts = (self._bend(pushes[some], steps, self.bends) for some in self.portions(len(pushes), TOGETHER))
+        return pushes, [push for part in parts for push in part]
 
     def _list_steps(self, bends: Bends) -> tuple[BentSteps, ...]:
         """What the intervals of every stretch do to the heat of the bends; kept where that is not much."""
@@ -139,7 +149,7 @@ class BentCourse(LinearRun):
         """Another process works its steps out for itself."""
         return {name: value for name, value in self.__dict__.items() if name != "kept"}
 
-    def _correct(self, pushes: Sequence[Push], every: Sequence[BentSteps], bends: Bends) -> list[Push]:
+    def _bend(self, pushes: Sequence[Push], every: Sequence[BentSteps], bends: Bends) -> list[Push]:
         lumps, K = np.flatnonzero(bends.spread.any(axis=0)), len(self.x0)
         h0, h1 = (np.empty((K, len(pushes), len(bends.spread))) for _ in range(2))
         x = np.zeros((len(pushes), self.problem.order))
@@ -147,7 +157,8 @@ class BentCourse(LinearRun):
             here = slice(s.first, s.last)
             end = steps.along(pushes, x @ s.modes.W.T, h0[here], h1[here])
             x = np.real(end @ s.modes.V.T)
-        return [_append_series(p, h0[:, i], h1[:, i], lumps, bends.spread[:, lumps]) for i, p in enumerate(pushes)]
+        spread = bends.spread[:, lumps]
+        return [Push(lumps, h0[:, i], h1[:, i], (), spread) for i in range(len(pushes))]
 
 
 def _stretch(push: Push, lumps: Indices, gain: Array) -> Push:
@@ -156,14 +167,14 @@ def _stretch(push: Push, lumps: Indices, gain: Array) -> Push:
         return push
     K, unit = len(push.q0), np.eye(int(max(push.lumps.max(), lumps.max())) + 1)[lumps]
     q0, q1 = (q @ push.into(unit) for q in (push.q0, push.q1))
-    return _append_series(push, gain[:K] * q0, gain[K:] * q1, lumps, np.eye(len(lumps)))
+    return _append_series(push, Push(lumps, gain[:K] * q0, gain[K:] * q1))
 
 
-def _append_series(push: Push, h0: Array, h1: Array, lumps: Indices, spread: Array) -> Push:
-    """A push with further series (K, ·)."""
-    both = np.union1d(push.lumps, lumps)
-    own = np.eye(len(push.lumps)) if push.spread is None else push.spread
-    into = np.zeros((len(own) + len(spread), len(both)))
+def _append_series(push: Push, more: Push) -> Push:
+    """A push with the series of another one, which has no kicks."""
+    both = np.union1d(push.lumps, more.lumps)
+    own, further = (np.eye(len(p.lumps)) if p.spread is None else p.spread for p in (push, more))
+    into = np.zeros((len(own) + len(further), len(both)))
     into[: len(own), np.searchsorted(both, push.lumps)] = own
-    into[len(own) :, np.searchsorted(both, lumps)] = spread
-    return Push(both, np.hstack([push.q0, h0]), np.hstack([push.q1, h1]), push.kicks, into)
+    into[len(own) :, np.searchsorted(both, more.lumps)] = further
+    return Push(both, np.hstack([push.q0, more.q0]), np.hstack([push.q1, more.q1]), push.kicks, into)

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
+from network.engine.response.answers import Answers
 from network.engine.response.cell_means import Means, first_seen
 from network.engine.response.cells import Averages
 from network.engine.response.joint_means import JointMeans
@@ -120,12 +121,24 @@ class Prediction:
 
     def respond_to(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Array:
         """Changes of the cells' means by pushes: (pushes, channels · cells), as means(changes(answers)) but at once."""
+        return self.divide(pushes, by_guard).whole
+
+    def divide(self, pushes: Sequence[Push], by_guard: Array | None = None, is_rough: bool = False) -> Answers:
+        """The same apart by laws, where channels follow readings alike at all instants; is_rough: without what bent
+        laws add."""
         if not pushes:
-            return np.empty((0, len(self.run.present) * self.averages.cells))
-        pushes, slopes, course = self.course.complete_pushes(pushes, by_guard), self.slopes, self.course
+            return Answers(np.empty((0, len(self.run.present) * self.averages.cells)))
+        slopes, course = self.slopes, self.course
         if slopes is None or not slopes.is_constant:
-            return self.means(self.changes(course.ends(pushes, course.output_map)))
-        output_map = course.output_map.through(slopes.matrix)
+            complete = course.complete_pushes(pushes, by_guard)
+            return Answers(self.means(self.changes(course.ends(complete, course.output_map))))
+        if is_rough and by_guard is None:
+            return Answers(self._respond_to(course.straighten(pushes), slopes))
+        own, bent = course.divide_pushes(pushes, by_guard)
+        return Answers(self._respond_to(own, slopes), self._respond_to(bent, slopes) if bent else None)
+
+    def _respond_to(self, pushes: Sequence[Push], slopes: Slopes) -> Array:
+        course, output_map = self.course, self.course.output_map.through(slopes.matrix)
         means = self._means.respond_to(pushes, output_map)
         if slopes.zeroed.any():
             means[:, slopes.zeroed] -= first_seen(course, pushes, output_map)[:, slopes.zeroed, None]
@@ -145,7 +158,14 @@ def joint_of(predictions: Sequence[Prediction]) -> tuple[JointMeans | None, Slop
 
 def answer_together(predictions: Sequence[Prediction], pushes: Sequence[Sequence[Push]]) -> list[Array]:
     """Changes of the cells' means of every run by its own pushes; at once where the runs were found as one."""
+    return [answers.whole for answers in divide_together(predictions, pushes)]
+
+
+def divide_together(
+    predictions: Sequence[Prediction], pushes: Sequence[Sequence[Push]], is_rough: bool = False
+) -> list[Answers]:  # fmt: skip
+    """The same apart by laws; is_rough: without what bent laws add."""
     joint, slopes = joint_of(predictions)
     if joint is None or slopes is None:
-        return [prediction.respond_to(own) for prediction, own in zip(predictions, pushes, strict=True)]
-    return joint.respond_to_own(pushes, slopes)
+        return [p.divide(own, None, is_rough) for p, own in zip(predictions, pushes, strict=True)]
+    return joint.divide_own(pushes, slopes, is_rough)
