@@ -7,8 +7,8 @@ the whole run is computed again.
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -29,6 +29,7 @@ from network.engine.response.nonlinear_laws import Group, heat_of, spread_of
 from network.engine.response.output_jacobian import Slopes
 from network.engine.response.parameters import at_values
 from network.engine.response.prediction import joint_of
+from network.engine.response.seen_differences import sees
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
@@ -82,12 +83,13 @@ class _Heat:
 
 @dataclass(frozen=True, eq=False)
 class _Entries:
-    """The entries that a candidate changes as a network of their own, at some of its numbers; seen: the machine where
-    it reads otherwise with them; slots: where its numbers stand, if they can be exchanged."""
+    """The entries that a candidate changes as a network of their own, at some of its numbers; machine: with these;
+    read: those of them by which it reads otherwise; slots: where its numbers stand, if they can be exchanged."""
 
     changed: tuple[str, ...]
     network: Network
-    seen: Machine | None
+    machine: Machine
+    read: tuple[EntryPath, ...]
     slots: Slots | None
 
     @classmethod
@@ -95,8 +97,8 @@ class _Entries:
         paths = [path for path, _ in c.patch.entries()]
         machine, changed = _at(c.machine, values, paths), tuple(str(path) for path in paths)
         network = build(machine, only=changed)
-        slots, reads = Slots(network, c.own), any(path.section not in UNREAD for path in paths)
-        return cls(changed, network, machine if reads else None, slots if slots.suffice and not reads else None)
+        slots, read = Slots(network, c.own), tuple(path for path in paths if path.section not in UNREAD)
+        return cls(changed, network, machine, read, slots if not read and slots.suffice else None)
 
 
 def respond_to_candidates(
@@ -137,12 +139,12 @@ def _respond_directly(
         return None
 
 
-def _at(machine: Machine, values: Mapping[str, float], only: Container[EntryPath] | None = None) -> Machine:
+def _at(machine: Machine, values: Mapping[str, float], only: Sequence[EntryPath] | None = None) -> Machine:
     """The machine at the values that are its own, or those of some entries; a kind that takes the place of another may
     lack numbers of that."""
-    only = machine.by_path if only is None else only
-    known = {text: NumberPath.parse(text, machine.paths) for text in values}
-    own = [text for text, p in known.items() if p is not None and p.entry in only and _has(machine, p)]
+    paths = machine.paths if only is None else {str(path): path for path in only}
+    known = {text: NumberPath.parse(text, paths) for text in values}
+    own = [text for text, p in known.items() if p is not None and p.entry in machine.by_path and _has(machine, p)]
     return at_values(machine, {text: values[text] for text in own})
 
 
@@ -165,8 +167,8 @@ def _find_heat(
     states = len(states_of(now))
     if now.relays or not all(_is_alike(now, c) and states == c.readouts.states for c in runs.courses):
         return None
-    outputs = None if entries.seen is None else readouts(now, parts=False)
-    seen = np.concatenate([_change_readings(entries.seen, outputs, p) for p in runs.predictions])
+    outputs = readouts(now, parts=False) if entries.read else None
+    seen = np.concatenate([_change_readings(entries, outputs, p) for p in runs.predictions])
     instants = INSTANTS.tolist() if candidate.is_timed else []
     return _Heat([_further(now, entries.changed, c, instants) for c in runs.courses], seen)
 
@@ -244,13 +246,19 @@ def _list_standing(course: LinearRun, entries: Sequence[str]) -> list[tuple[Arra
     return found
 
 
-def _change_readings(machine: Machine | None, outputs: Readouts | None, prediction: Prediction) -> Array:
-    """Changes of the cells' means because the same temperatures are read otherwise; none without a machine."""
-    if machine is None or outputs is None:
+def _change_readings(entries: _Entries, outputs: Readouts | None, prediction: Prediction) -> Array:
+    """Changes of the cells' means because the same temperatures are read otherwise, by channels that see what a
+    candidate changes; none without outputs."""
+    machine, names, course = entries.machine, prediction.run.channels, prediction.course
+    own = [i for i, name in enumerate(names) if any(sees(machine, name, path) for path in entries.read)]
+    if outputs is None or not own:
         return np.zeros_like(prediction.cells)
-    course = prediction.course
+    axes = {machine.sensors[names[i]].axis for i in own}
+    machine = replace(machine, tcp={axis: moved for axis, moved in machine.tcp.items() if axis in axes})
     rows = np.vstack(
         [outputs.rows[:, : course.T_ends.shape[1]] @ course.T_ends.T, course.readings[len(course.readouts.rows) :]]
     )
-    seen = channels_of(machine, outputs, rows, prediction.inputs, prediction.run.channels)
-    return prediction.means(seen - prediction.values)
+    seen = channels_of(machine, outputs, rows, prediction.inputs, [names[i] for i in own])
+    out = np.zeros((len(names), prediction.averages.cells))
+    out[own] = prediction.averages.of(seen - prediction.values[own], own)
+    return out.reshape(-1)
