@@ -14,7 +14,6 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.diagnosis.hypotheses.case import Case
-from network.analysis.diagnosis.hypotheses.falling_short import FallsShort
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
@@ -29,8 +28,6 @@ PER_WINDOW = 14.0
 """Nats that the instants of a window cost: ln of as many runs, channels, shapes and instants as are tried."""
 FAULTY = 0.98
 """Confidence in a fault whose jumps are of one share, there and back."""
-LONG = 25
-"""Steps within which a fit from afar has come near its end, as nearly all have."""
 BRIEF = 2
 """Steps of a fit that begins where it was fitted to all but the same readings."""
 LEFT = 0.5
@@ -95,24 +92,19 @@ def fit_both(
     """Fits to the readings as they were and set right, those around its jumps left out of both, and what the second
     explains more than chance does [nats]; None where what is set right is nothing that a machine could show. begin: a
     fit from whose numbers the second begins; default are those of the file, for those of a fit to readings that are not
-    true are bent, and where that comes to less than these do – relays fall out of step – theirs. What falls short of
-    what the instants cost is not fitted to the end."""
-    price = PER_WINDOW * sum(map(len, fault.windows))
+    true are bent, and where that comes to less than these do – relays fall out of step – theirs."""
     try:
         before = _fit(h, fault.correct(h.case, False), h.values, BRIEF)
-        needed = before.evidence + price
-        after = _fit(h, right := fault.correct(h.case), begin.values if begin else h.own_values, needed=needed)
+        after = _fit(h, right := fault.correct(h.case), begin.values if begin else h.own_values)
         if after.evidence < before.evidence:
-            after = max(after, _fit(h, right, before.values, needed=needed), key=lambda fit: fit.evidence)
+            after = max(after, _fit(h, right, before.values), key=lambda fit: fit.evidence)
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
-    return before, after, after.evidence - before.evidence - price
+    return before, after, after.evidence - before.evidence - PER_WINDOW * sum(map(len, fault.windows))
 
 
-def _fit(
-    h: Hypothesis, case: Case, begin: Mapping[str, float], steps: int = STEPS, needed: float = -np.inf
-) -> Hypothesis:
-    return fit_hypothesis(case, h.machine, h.found, h.own, begin, steps=steps, until=FallsShort(needed, LONG))
+def _fit(h: Hypothesis, case: Case, begin: Mapping[str, float], steps: int = STEPS) -> Hypothesis:
+    return fit_hypothesis(case, h.machine, h.found, h.own, begin, steps=steps)
 
 
 def is_mended(before: Hypothesis, after: Hypothesis) -> bool:
