@@ -296,3 +296,44 @@ def test_folding_the_runs_gives_what_the_whole_matrix_gives():
     from_mean = at.left + (np.concatenate([at.theta, at.eta]) - mean) @ at.slopes
     assert np.allclose(at.unexplained, at.project(from_mean), atol=1e-6)
     assert np.allclose(toward, block_diag(*apart) @ at.unexplained, atol=1e-8)
+
+
+def bent_problem():
+    """Of a motor that radiates and a viscous friction."""
+    machine = MACHINES["bent"]
+    return problem_of(machine, *(recorded(machine, speeds(*steps), None) for steps in (USUAL, ANOTHER)))
+
+
+def test_what_bent_laws_add_is_told_apart():
+    problem = bent_problem()
+    model, theta = problem.model, centres(problem.parameters)
+    at = model.predict(theta)
+    pushes = [d.pushes(p.course) for d, p in zip(problem.data, at, strict=True)]
+    whole, apart = model.mean_slopes(theta, at, pushes), model.divide_slopes(theta, at, pushes)
+    rough = model.divide_slopes(theta, at, pushes, is_rough=True)
+    for slopes, both, straight in zip(whole, apart, rough, strict=True):
+        np.testing.assert_allclose(slopes, both.straight + both.bent, atol=1e-12 * np.abs(slopes).max())
+        assert straight.bent is None and np.abs(both.bent).max() > 1e-3 * np.abs(slopes).max()
+        np.testing.assert_allclose(straight.straight, both.straight, atol=1e-12 * np.abs(slopes).max())
+
+
+def test_what_bent_laws_add_is_nearly_the_same_nearby():
+    """Half a standard error of every number away slopes with it are nearer by far than those without."""
+    problem = bent_problem()
+    theta = centres(problem.parameters)
+    first = linearise(problem, theta)
+    there = theta + 0.5 * np.array([p.spread for p in problem.parameters])
+    exact, rough = linearise(problem, there), linearise(problem, there, first.bent)
+    without = linearise(problem, there, [np.zeros_like(rows) for rows in first.bent])
+    off, far = (np.linalg.norm(at.slopes - exact.slopes) for at in (rough, without))
+    assert rough.is_rough and not exact.is_rough
+    assert 0 < off < 0.4 * far and off < 0.01 * np.linalg.norm(exact.slopes)
+
+
+def test_a_fit_ends_with_slopes_of_its_own():
+    """Whatever those of its steps were."""
+    problem = bent_problem()
+    fit = minimise(problem, centres(problem.parameters) + 0.3)
+    exact = linearise(problem, fit.theta)
+    assert not fit.is_rough and fit.bent is not None
+    np.testing.assert_allclose(fit.slopes, exact.slopes, rtol=0, atol=0.02 * np.abs(exact.slopes).max())

@@ -19,10 +19,12 @@ from network.analysis.diagnosis.findings.unnamed_findings import find_unknown
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
-from network.analysis.diagnosis.latent_heat.locate import locate
+from network.analysis.diagnosis.latent_heat.locate import has_stated, locate
 from network.analysis.diagnosis.latent_heat.location import Location
-from network.analysis.diagnosis.latent_heat.mismatch import Mismatch
+from network.analysis.diagnosis.latent_heat.mismatch import Mismatch, locate_beside
 from network.analysis.diagnosis.latent_heat.unknown_heat import heat_knots, temperature_answers
+from network.analysis.diagnosis.latent_heat.unrecorded_surroundings import find_unrecorded
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.placement import _aside, _elsewhere
 from network.catalogue.declaration.places import Place
 from network.engine.response.input_slopes import input_slopes
@@ -116,10 +118,35 @@ def test_a_room_that_does_not_stay_what_is_stated_is_found_by_its_course_in_each
     assert first.summary()["temperature_rms"]["unit"] == "K"
 
 
+def test_such_a_room_is_found_beside_the_numbers_of_the_file_where_fitted_ones_are_bent_to_it() -> None:
+    case = Case(aired(), (stated(WARMING), stated(COOLING)))
+    null = fit_hypothesis(case, case.machine)
+    rest = find_unrecorded(null)
+    assert rest is not None and rest.heat.at == Location(("air",), is_held=True)
+    assert rest.left < 1.2 < 5 < null.chi
+    assert np.abs(rest.beside.shift).max() < 1 < 3 < np.abs(null.shift).max()
+    (*_, warm), (*_, cold) = rest.heat.heat
+    assert warm - cold == pytest.approx(4 * (WARMING - COOLING), rel=0.15)
+    mismatch = locate_beside(null, rest)
+    assert mismatch.about.values == rest.beside.values and mismatch.places[0].at == rest.heat.at
+
+
+def test_what_sits_in_one_part_is_no_room() -> None:
+    """Though nobody recorded the room: heat there explains more than another room would."""
+    more = {"stray": {"kind": "heat_source", "into": {AXIS: 1}, "power": "60 W"}}
+    truth = aired().patched({"sources": more})
+    columns = recorded(truth, speeds(*USUAL), 1).columns
+    run = replace(stated(0.0), columns={n: c for n, c in columns.items() if n != "ambient"})
+    case = Case(aired(), (run,))
+    null = fit_hypothesis(case, case.machine)
+    assert null.chi > SETTINGS.doubtful and has_stated(null.linearised, null.machine)
+    assert find_unrecorded(null) is None
+
+
 def test_a_room_that_was_recorded_is_no_suspect() -> None:
     case = Case(aired(), (recorded(aired(), speeds(*USUAL), 1),))
     null = fit_hypothesis(case, case.machine)
-    assert not any(u.is_room for u in locate(null.fit, null.machine))
+    assert not any(u.is_room for u in locate(null.fit, null.machine)) and not has_stated(null.linearised, null.machine)
 
 
 def test_a_room_about_one_part_alone_is_no_other_suspect_than_that_part() -> None:

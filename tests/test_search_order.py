@@ -148,3 +148,22 @@ def test_what_does_not_hold_there_is_taken_back_to_the_null_before_its_steps_are
 def test_steps_from_another_track_have_to_be_tested_and_to_explain_more(monkeypatch: pytest.MonkeyPatch) -> None:
     first, second = (50.0, [(60.0, 1.5, True)]), (10.0, [(70.0, 1.0, False), (55.0, 1.0, True), (65.0, 1.0, True)])
     assert follow(monkeypatch, 50.0, first, second) == [(50.0, "about 50"), (60.0, "about 50"), (65.0, "about 10")]
+
+
+@pytest.mark.parametrize(
+    ("beside", "told"),
+    [(90.0, ["null"]), (110.0, ["null", "first", "last"])],
+)
+def test_a_room_of_any_course_stands_until_something_explains_as_much(
+    beside: float, told: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Then that is told, and the search goes on; else it is over, for what is left is the room."""
+    monkeypatch.setattr(search, "reweight", lambda case, h: h)
+    monkeypatch.setattr(search, "find_rest", lambda h: bare(evidence=beside))
+    monkeypatch.setattr(search, "replace", lambda of, **changes: bare(name=of.name, **changes))
+    null = bare(case=None)
+    each = [bare(name=name, null=null, best=bare(found=found), unrecorded="room")
+            for name, found in (("null", ()), ("first", ("fan",)), ("last", ("fan", "mass")))]  # fmt: skip
+    states = [*search._weigh_unrecorded(bare(evidence=100.0), iter(each))]
+    assert [now.name for now in states] == told
+    assert [now.unrecorded for now in states] == ["room", None, None][: len(told)]
