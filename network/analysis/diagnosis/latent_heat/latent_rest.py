@@ -19,6 +19,7 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.diagnosis.hypotheses.compact_fit import expand
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import linearise_narrowed, theta_of
 from network.analysis.diagnosis.latent_heat.locate import explain_unknown, locate, rows_of
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
@@ -51,6 +52,11 @@ class Rest:
         at = self.beside.linearised
         to_go = 0.5 * float(self._pull @ np.linalg.solve(at.precision, self._pull))
         return at.log_evidence + to_go + max(0.0, self.heat.gain) - self.beside.price
+
+    @property
+    def as_stated(self) -> Rest:
+        """The same with priors as wide as they are stated, not narrowed by what is left."""
+        return find_rest_at(replace(self.beside, fit=self.beside.linearised.temper(1.0, 1.0)), self.heat)
 
     @cached_property
     def left(self) -> float:
@@ -103,6 +109,20 @@ def find_rest(h: Hypothesis, refit: bool = True) -> Rest:
     first = _beside(expand(h))
     best = refit_together(first) if refit else first
     return best if best is first else _beside(best.beside)
+
+
+def find_rest_anew(h: Hypothesis) -> Rest:
+    """The same from its own numbers or from those of the file, whichever explains more, under the priors as stated:
+    where fitted numbers are bent far to what is missing, no slope leads back from there."""
+    begun = (about for about in (h, state_at_file(h)) if about is not None)
+    return max((find_rest(about).as_stated for about in begun), key=lambda rest: rest.evidence)
+
+
+def state_at_file(h: Hypothesis) -> Hypothesis | None:
+    """A hypothesis at the numbers of the file, those of what was found as they are; None where a run breaks down."""
+    problem = h.fit.problem
+    at = linearise_narrowed(problem, theta_of(problem.parameters, h.own_values))
+    return None if at is None else replace(h, fit=at.temper(1.0, 1.0))
 
 
 def find_rest_at(h: Hypothesis, of: UnknownHeat) -> Rest:

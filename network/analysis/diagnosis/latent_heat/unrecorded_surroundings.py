@@ -7,13 +7,10 @@ of any course at one place, the numbers refitted together with it (latent_rest).
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.latent_heat.latent_rest import Rest, refit_together
+from network.analysis.diagnosis.latent_heat.latent_rest import Rest, refit_together, state_at_file
 from network.analysis.diagnosis.latent_heat.locate import has_stated, locate
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.steps.refit import linearise_at_priors
 
 ROUNDS = 6
 """Steps of the numbers together with such a course: from those of the file more than from fitted ones."""
@@ -24,10 +21,9 @@ def find_unrecorded(h: Hypothesis) -> Rest | None:
     that explains no more than heat elsewhere, or less than three quarters of what is left."""
     if h.chi <= SETTINGS.doubtful or not has_stated(h.linearised, h.machine):
         return None
-    at = linearise_at_priors(h.fit)
-    if at is None:
+    about = state_at_file(h)
+    if about is None:
         return None
-    about = replace(h, fit=at.temper(1.0, 1.0))
     first, *others = sorted(locate(about.linearised, h.machine, 1.0), key=lambda u: -u.gain)
     if not first.is_room or first.gain - others[0].gain < SETTINGS.alike:
         return None
