@@ -53,11 +53,6 @@ class Rest:
         to_go = 0.5 * float(self._pull @ np.linalg.solve(at.precision, self._pull))
         return at.log_evidence + to_go + max(0.0, self.heat.gain) - self.beside.price
 
-    @property
-    def as_stated(self) -> Rest:
-        """The same with priors as wide as they are stated, not narrowed by what is left."""
-        return find_rest_at(replace(self.beside, fit=self.beside.linearised.temper(1.0, 1.0)), self.heat)
-
     @cached_property
     def left(self) -> float:
         """χ² that is left beside the heat, the numbers where it lets them be."""
@@ -109,13 +104,6 @@ def find_rest(h: Hypothesis, refit: bool = True) -> Rest:
     first = _beside(expand(h))
     best = refit_together(first) if refit else first
     return best if best is first else _beside(best.beside)
-
-
-def find_rest_anew(h: Hypothesis) -> Rest:
-    """The same from its own numbers or from those of the file, whichever explains more, under the priors as stated:
-    where fitted numbers are bent far to what is missing, no slope leads back from there."""
-    begun = (about for about in (h, state_at_file(h)) if about is not None)
-    return max((find_rest(about).as_stated for about in begun), key=lambda rest: rest.evidence)
 
 
 def state_at_file(h: Hypothesis) -> Hypothesis | None:

@@ -13,13 +13,7 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import narrow_priors
 from network.analysis.diagnosis.hypotheses.compact_fit import expand
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.latent_heat.latent_rest import (
-    Rest,
-    find_rest,
-    find_rest_at,
-    refit_together,
-    state_at_file,
-)
+from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, find_rest_at, refit_together
 from network.analysis.diagnosis.latent_heat.locate import locate, trace
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
@@ -38,26 +32,17 @@ class Mismatch:
 
 
 def locate_mismatch(h: Hypothesis, is_late: Callable[[], bool] = lambda: False) -> Mismatch:
-    """Of a hypothesis, at the numbers beside the heat that a step from its own or from those of the file leads to,
-    whichever explain more. All that it leaves without such heat counts as noise where places are compared; once it is
-    late, at its own numbers, and only the course at those beside the heat."""
+    """Of a hypothesis. All that it leaves without such heat counts as noise where places are compared; once it is late,
+    at its own numbers, and only the course at those beside the heat."""
     rest = None if is_late() or h.chi <= SETTINGS.noise else find_rest(h, refit=False)
     if rest is None or is_late():
         return _tell_briefly(h)
-    rest = max([refit_together(_temper(rest)), *_find_at_file(h)], key=lambda each: each.as_stated.evidence)
-    mismatch = _compare_places(h, _temper(rest).beside)
+    mismatch = _compare_places(h, _temper(refit_together(_temper(rest))).beside)
     first = mismatch.places[0]
     if first.at == rest.heat.at or is_late():
         return mismatch
     moved = refit_together(_temper(find_rest_at(mismatch.about, first)))
     return _compare_places(h, _temper(moved).beside)
-
-
-def _find_at_file(h: Hypothesis) -> list[Rest]:
-    """The same from the numbers of the file, if these make a run: where fitted ones are bent far to what is missing,
-    no slope leads back from there."""
-    about = state_at_file(h)
-    return [] if about is None else [refit_together(_temper(find_rest(about, refit=False)))]
 
 
 def locate_beside(h: Hypothesis, rest: Rest) -> Mismatch:

@@ -13,7 +13,7 @@ from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import compact
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, reweight
-from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, find_rest_anew, share_of_rest
+from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, share_of_rest
 from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.rival_acceptance import is_worth
@@ -57,7 +57,7 @@ def _keep_what_holds(null: Hypothesis, now: Selection, jobs: int, is_apart: bool
 
 def _weigh_rest(before: Hypothesis, current: Hypothesis) -> tuple[float, float]:
     """What all findings add beside heat of any course [nats], and by what share they lower its variance."""
-    alone, beside = find_rest_anew(before), find_rest_anew(current)
+    alone, beside = find_rest(before), find_rest(current)
     return beside.evidence - alone.evidence, share_of_rest(alone, beside)
 
 
