@@ -157,10 +157,7 @@ class Linearised(Brief):
         """The same slopes at another θ."""
         made_at, eta_made_at = (self.theta if at is None else at for at in (self.made_at, self.eta_made_at))
         rows = replace(self.rows, residual=residual)
-        return replace(
-            Linearised(self.problem, theta, predictions, rows, made_at, eta_made_at),
-            bent=self.bent, is_rough=self.is_rough,
-        )  # fmt: skip
+        return replace(self, theta=theta, predictions=predictions, rows=rows, made_at=made_at, eta_made_at=eta_made_at)
 
     @property
     def stated_prior(self) -> tuple[Array, Array]:
