@@ -159,7 +159,7 @@ def test_a_room_of_any_course_stands_until_something_explains_as_much(
 ) -> None:
     """Then that is told, and the search goes on; else it is over, for what is left is the room."""
     monkeypatch.setattr(search, "reweight", lambda case, h: h)
-    monkeypatch.setattr(search, "find_rest", lambda h: bare(evidence=beside))
+    monkeypatch.setattr(search, "_weigh_as_stated", lambda h: beside)
     monkeypatch.setattr(search, "replace", lambda of, **changes: bare(name=of.name, **changes))
     null = bare(case=None)
     each = [bare(name=name, null=null, best=bare(found=found), unrecorded="room")

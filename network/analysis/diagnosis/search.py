@@ -144,10 +144,15 @@ def _weigh_unrecorded(unrecorded: Rest, states: Iterator[Search]) -> Iterator[Se
     any course do, heat of any course beside it, too; where it does not, no more is looked for."""
     for now in states:
         if now.best.found:
-            if find_rest(reweight(now.null.case, now.best)).evidence > unrecorded.evidence:
+            if _weigh_as_stated(reweight(now.null.case, now.best)) > unrecorded.evidence:
                 yield from (replace(each, unrecorded=None) for each in chain([now], states))
             return
         yield now
+
+
+def _weigh_as_stated(h: Hypothesis) -> float:
+    """Evidence with heat of any course beside a hypothesis, under the priors as stated."""
+    return find_rest(replace(h, fit=h.linearised.temper(1.0, 1.0))).evidence
 
 
 def _choose_level(levels: Sequence[Hypothesis]) -> Hypothesis:
