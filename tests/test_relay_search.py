@@ -15,7 +15,7 @@ from network.analysis.diagnosis.hypotheses.compact_fit import fit_or_none
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.screening.screening import Screening
-from network.analysis.diagnosis.strategies import CUT_SHORT, list_unsearched, strategy_of
+from network.analysis.diagnosis.strategies import CUT_SHORT, UNRECORDED, list_unsearched, strategy_of
 from network.analysis.diagnosis.switching import relay_search
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space
@@ -162,3 +162,11 @@ def test_what_was_tried_before_a_search_ended_counts_as_looked_for(ended: str) -
     assert {*every[0].kinds} - {*one[0].kinds} == {"heat_source"} and one[0].why == CUT_SHORT[ended]
     assert not list_unsearched(seen, ended, every[0].kinds)
     assert [u.kinds for u in list_unsearched(Screening(h), ended, ())] == [()]
+
+
+def test_relays_are_not_looked_for_where_surroundings_that_nobody_recorded_hide_them() -> None:
+    """And that is told; nothing is where a machine could have none."""
+    seen = Screening(null(plant(), plant()), tuple(relays(null(plant(), plant()))))
+    (told,) = list_unsearched(seen, "", (), is_unrecorded=True)
+    assert told.strategy == "switching" and "thermostat_cooling" in told.kinds and told.why == UNRECORDED
+    assert not list_unsearched(Screening(seen.before), "", (), is_unrecorded=True)

@@ -22,6 +22,10 @@ CUT_SHORT = {
     "broken": "runs broke down before all of it was looked for",
 }
 """Why a search that ended early did not look for the rest."""
+UNRECORDED = (
+    "surroundings of which nobody recorded a course explain more than what was tried; record it, diagnose again"
+)
+"""Why a search that such surroundings end does not look for relays."""
 
 
 class Strategy(ABC):
@@ -90,12 +94,17 @@ def strategy_of(c: Candidate) -> Strategy:
     return next(s for s in STRATEGIES if s.applies(c))
 
 
-def list_unsearched(seen: Screening, ended: str, tried: Container[str]) -> list[Unsearched]:
+def list_unsearched(
+    seen: Screening, ended: str, tried: Container[str], is_unrecorded: bool = False
+) -> list[Unsearched]:  # fmt: skip
     """What was not looked for about a fit; ended: what cut the search short, if anything did; tried: the kinds of which
-    something was fitted until then."""
+    something was fitted until then; is_unrecorded: whether surroundings of any course ended it."""
     if ended:
         rest = sorted({c.kind.kind for c in seen.proposed if c.kind.kind not in tried})
         return [Unsearched("all", tuple(rest), CUT_SHORT[ended])] if rest or not seen.proposed else []
+    if is_unrecorded:
+        relays = sorted({c.kind.kind for c in seen.proposed if c.switches})
+        return [Unsearched(Switching.name, tuple(relays), UNRECORDED)] if relays else []
     groups = ((s, [c for c in seen.proposed if strategy_of(c) is s]) for s in STRATEGIES)
     told = ((s, of, s.why_not(seen, of) if of else "") for s, of in groups)
     return [Unsearched(s.name, tuple(sorted({c.kind.kind for c in s.unsearched(seen, of)})), why)
