@@ -10,6 +10,7 @@ from test_small_decisions import bare
 
 from network.analysis.diagnosis import search
 from network.analysis.diagnosis.findings import findings
+from network.analysis.diagnosis.latent_heat import unrecorded_surroundings
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps import forward_selection, next_finding
 
@@ -158,12 +159,12 @@ def test_a_room_of_any_course_stands_until_something_explains_as_much(
     beside: float, told: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Then that is told, and the search goes on; else it is over, for what is left is the room."""
-    monkeypatch.setattr(search, "reweight", lambda case, h: h)
-    monkeypatch.setattr(search, "_weigh_as_stated", lambda h: beside)
-    monkeypatch.setattr(search, "replace", lambda of, **changes: bare(name=of.name, **changes))
+    monkeypatch.setattr(unrecorded_surroundings, "reweight", lambda case, h: h)
+    monkeypatch.setattr(unrecorded_surroundings, "_weigh_as_stated", lambda h: beside)
+    monkeypatch.setattr(unrecorded_surroundings, "replace", lambda of, **changes: bare(name=of.name, **changes))
     null = bare(case=None)
     each = [bare(name=name, null=null, best=bare(found=found), unrecorded="room")
             for name, found in (("null", ()), ("first", ("fan",)), ("last", ("fan", "mass")))]  # fmt: skip
-    states = [*search._weigh_unrecorded(bare(evidence=100.0), iter(each))]
+    states = [*unrecorded_surroundings.weigh_unrecorded(bare(evidence=100.0), iter(each))]
     assert [now.name for now in states] == told
     assert [now.unrecorded for now in states] == ["room", None, None][: len(told)]

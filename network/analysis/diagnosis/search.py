@@ -19,8 +19,7 @@ from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise, use
 from network.analysis.diagnosis.hypotheses.faced_relays import fit_written, keep_in_step
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, reweight, state
-from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest
-from network.analysis.diagnosis.latent_heat.unrecorded_surroundings import find_unrecorded
+from network.analysis.diagnosis.latent_heat.unrecorded_surroundings import find_unrecorded, weigh_unrecorded
 from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.lumps.lump_refinement import hardly_matter, is_late, refine_lumps
 from network.analysis.diagnosis.reading_fault import ReadingFault
@@ -136,23 +135,7 @@ def _search_from(
     now = replace(now, unrecorded=find_unrecorded(null))
     yield now
     states = _follow_tracks(now, list_tracks(null, written, begins, seed, jobs), seed, jobs, tell)
-    yield from states if now.unrecorded is None else _weigh_unrecorded(now.unrecorded, states)
-
-
-def _weigh_unrecorded(unrecorded: Rest, states: Iterator[Search]) -> Iterator[Search]:
-    """States of a search as long as nothing is found, and on from the first that explains as much as surroundings of
-    any course do, heat of any course beside it, too; where it does not, no more is looked for."""
-    for now in states:
-        if now.best.found:
-            if _weigh_as_stated(reweight(now.null.case, now.best)) > unrecorded.evidence:
-                yield from (replace(each, unrecorded=None) for each in chain([now], states))
-            return
-        yield now
-
-
-def _weigh_as_stated(h: Hypothesis) -> float:
-    """Evidence with heat of any course beside a hypothesis, under the priors as stated."""
-    return find_rest(replace(h, fit=h.linearised.temper(1.0, 1.0))).evidence
+    yield from states if now.unrecorded is None else weigh_unrecorded(now.unrecorded, states)
 
 
 def _choose_level(levels: Sequence[Hypothesis]) -> Hypothesis:

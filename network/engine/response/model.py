@@ -15,19 +15,17 @@ from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
 from network.engine.response.answers import Answers
-from network.engine.response.fixed_switchings import differ_at_switchings, runs_alike
+from network.engine.response.difference_slopes import differ_otherwise
 from network.engine.response.followed_relays import follow_relays, own_numbers
 from network.engine.response.heat_sensitivity import Slots, push_of
 from network.engine.response.joint_course import can_join, solve_together
 from network.engine.response.joint_means import JointMeans
 from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.measured_run import Run, join_runs
-from network.engine.response.nonlinear_correction import BentCourse
 from network.engine.response.output_jacobian import Slopes, channels_of, see_readings_alone
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, divide_together, joint_of
 from network.engine.response.run_plan import plan_of, start_of
-from network.engine.response.seen_differences import differ_as_seen, is_seen_only
 from network.engine.response.switchings import (
     SwitchedCourse,
     build_course_about,
@@ -35,7 +33,7 @@ from network.engine.response.switchings import (
     check_followed,
 )
 from network.engine.response.warm_start import WarmStart
-from network.engine.response.waveform import course_of, keeps_bends, see_otherwise
+from network.engine.response.waveform import course_of
 from network.engine.solvers.elimination import KnownRegimes
 from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan, list_own_edges
@@ -43,8 +41,6 @@ from network.machine.machine import Machine
 
 __all__ = ["Model", "Prediction", "Run", "channels_of"]
 
-DIFFERENCE = 1e-4
-"""Step in θ for parameters that act otherwise than by heat."""
 JOINT = -1
 """The place of all runs as one among what is left of them."""
 SHOWN = (TCP, "sensors")
@@ -108,9 +104,9 @@ class Model:
     def predict(self, theta: Array, starts: Sequence[Mapping[str, float]] | None = None) -> tuple[Prediction, ...]:
         """All runs at θ. Raises Failed where one runs away."""
         machine, network = self.at(theta)
-        return self._run(machine, network, starts or [run.start for run in self.runs])
+        return self.run_from(machine, network, starts or [run.start for run in self.runs])
 
-    def _run(
+    def run_from(
         self, machine: Machine, network: Network, starts: Sequence[Mapping[str, float]],
         beside: Sequence[Prediction] | None = None,
     ) -> tuple[Prediction, ...]:  # fmt: skip
@@ -260,55 +256,9 @@ class Model:
 
     def _others(self, theta: Array, predictions: Sequence[Prediction], cells: bool = False) -> dict[int, list[Array]]:
         """∂(channels)/∂θ_j, or of their cells' means, run by run, of parameters that act otherwise than by heat."""
-        moved = {j: self._differences(theta, j, predictions, cells) for j in self._otherwise}
+        moved = {j: differ_otherwise(self, theta, j, predictions, cells) for j in self._otherwise}
         return moved | {j: [np.zeros_like(p.cells if cells else p.values) for p in predictions] for j in self._idle}
-
-    def _differences(self, theta: Array, j: int, predictions: Sequence[Prediction], cells: bool) -> list[Array]:
-        """∂(channels)/∂θ_j by a difference of whole runs; means over cells are the same cells where relays switch at
-        other times, values at the edges are not."""
-        p = self.parameters[j]
-        step = DIFFERENCE if theta[j] + DIFFERENCE <= p.high else -DIFFERENCE
-        if not p.is_log:
-            step *= max(p.spread, 1e-9) if np.isfinite(p.spread) else 1.0
-        there = theta.copy()
-        there[j] += step
-        if is_seen_only(self.machine, p.entry):
-            return differ_as_seen(p.entry, {p.path: p.value(float(there[j]))}, step, predictions, cells)
-        machine, network = self.at(there)
-        if p.entry.section == "sensors" and all(keeps_bends(q.course) for q in predictions):
-            outputs = readouts(network, parts=False)
-            return [_differ_in_states(machine, outputs, q, step, cells) for q in predictions]
-        if all(runs_alike(network, q) for q in predictions):
-            outputs, known, regimes = readouts(network, parts=False), dict[bytes, Modes](), KnownRegimes()
-            return [differ_at_switchings(machine, network, outputs, q, step, cells, known, regimes)
-                    for q in predictions]  # fmt: skip
-        moved = self._run(machine, network, [q.begun for q in predictions], predictions)
-        if cells:
-            return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]
-        return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
 
 
 def _shared_inputs(runs: Sequence[Run]) -> set[str]:
     return set.intersection(*({*run.schedule.signals} for run in runs)) if runs else set()
-
-
-def _differ_in_states(machine: Machine, outputs: Readouts, at: Prediction, step: float, cells: bool) -> Array:
-    """The same where only states of sensors follow the temperatures of a run otherwise."""
-    assert isinstance(at.course, BentCourse)
-    moved = Prediction(at.run, machine, see_otherwise(at.course, outputs), at.resampled)
-    return np.asarray((moved.cells - at.cells if cells else moved.values - at.values) / step)
-
-
-def _onto(moved: Prediction, at: Prediction) -> Array:
-    """Values of one prediction at the edges of another (they differ where relays switch)."""
-    there, here = moved.course.problem.plan.edges, at.course.problem.plan.edges
-    if len(there) == len(here):
-        return moved.values
-    K, L = len(there) - 1, len(here) - 1
-    k = np.clip(np.searchsorted(there, (here[1:] + here[:-1]) / 2) - 1, 0, K - 1)
-    left, right = ((x - there[k]) / (there[k + 1] - there[k]) for x in (here[:-1], here[1:]))
-    v0, v1 = moved.values[:, :K], moved.values[:, K:]
-    out = np.empty((len(v0), 2 * L))
-    out[:, :L] = v0[:, k] + left * (v1 - v0)[:, k]
-    out[:, L:] = v0[:, k] + right * (v1 - v0)[:, k]
-    return out

@@ -7,10 +7,19 @@ of any course at one place, the numbers refitted together with it (latent_rest).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import chain
+from typing import TYPE_CHECKING
+
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.latent_heat.latent_rest import Rest, refit_together, state_at_file
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight
+from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, refit_together, state_at_file
 from network.analysis.diagnosis.latent_heat.locate import has_stated, locate
 from network.analysis.diagnosis.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.search_record import Search
 
 ROUNDS = 6
 """Steps of the numbers together with such a course: from those of the file more than from fitted ones."""
@@ -34,3 +43,19 @@ def find_unrecorded(h: Hypothesis) -> Rest | None:
 def explains_most_beside(rest: Rest, h: Hypothesis) -> bool:
     """Whether it leaves no more than a quarter of the excess χ² − 1 that a hypothesis leaves."""
     return rest.left - 1 < SETTINGS.half**2 * (h.chi**2 - 1)
+
+
+def weigh_unrecorded(unrecorded: Rest, states: Iterator[Search]) -> Iterator[Search]:
+    """States of a search as long as nothing is found, and on from the first that explains as much as surroundings of
+    any course do, heat of any course beside it, too; where it does not, no more is looked for."""
+    for now in states:
+        if now.best.found:
+            if _weigh_as_stated(reweight(now.null.case, now.best)) > unrecorded.evidence:
+                yield from (replace(each, unrecorded=None) for each in chain([now], states))
+            return
+        yield now
+
+
+def _weigh_as_stated(h: Hypothesis) -> float:
+    """Evidence with heat of any course beside a hypothesis, under the priors as stated."""
+    return find_rest(replace(h, fit=h.linearised.temper(1.0, 1.0))).evidence
