@@ -160,7 +160,7 @@ def test_a_room_of_any_course_stands_until_something_explains_as_much(
 ) -> None:
     """Then that is told, and the search goes on; else it is over, for what is left is the room."""
     monkeypatch.setattr(unrecorded_surroundings, "reweight", lambda case, h: h)
-    monkeypatch.setattr(unrecorded_surroundings, "_weigh_as_stated", lambda h: beside)
+    monkeypatch.setattr(unrecorded_surroundings, "explains_more", lambda h, room: beside > room.evidence)
     monkeypatch.setattr(unrecorded_surroundings, "replace", lambda of, **changes: bare(name=of.name, **changes))
     null = bare(case=None)
     each = [bare(name=name, null=null, best=bare(found=found), unrecorded="room")
@@ -168,3 +168,17 @@ def test_a_room_of_any_course_stands_until_something_explains_as_much(
     states = [*unrecorded_surroundings.weigh_unrecorded(bare(evidence=100.0), iter(each))]
     assert [now.name for now in states] == told
     assert [now.unrecorded for now in states] == ["room", None, None][: len(told)]
+
+
+@pytest.mark.parametrize(
+    ("evidence", "is_room", "gain", "told"),
+    [(110.0, False, 50.0, True), (90.0, False, 50.0, False), (110.0, True, 50.0, False), (110.0, True, 1.0, True)],
+)
+def test_what_needs_such_a_room_itself_explains_no_more(
+    evidence: float, is_room: bool, gain: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rest = bare(evidence=evidence, heat=bare(is_room=is_room, gain=gain))
+    monkeypatch.setattr(unrecorded_surroundings, "replace", lambda of, **changes: of)
+    monkeypatch.setattr(unrecorded_surroundings, "find_rest", lambda h: rest)
+    h = bare(linearised=bare(temper=lambda *of: None))
+    assert unrecorded_surroundings.explains_more(h, bare(evidence=100.0)) is told

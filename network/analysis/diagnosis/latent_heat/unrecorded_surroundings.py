@@ -46,16 +46,19 @@ def explains_most_beside(rest: Rest, h: Hypothesis) -> bool:
 
 
 def weigh_unrecorded(unrecorded: Rest, states: Iterator[Search]) -> Iterator[Search]:
-    """States of a search as long as nothing is found, and on from the first that explains as much as surroundings of
-    any course do, heat of any course beside it, too; where it does not, no more is looked for."""
+    """States of a search as long as nothing is found, and on from the first that explains more than surroundings of any
+    course do; where it does not, no more is looked for."""
     for now in states:
         if now.best.found:
-            if _weigh_as_stated(reweight(now.null.case, now.best)) > unrecorded.evidence:
+            if explains_more(reweight(now.null.case, now.best), unrecorded):
                 yield from (replace(each, unrecorded=None) for each in chain([now], states))
             return
         yield now
 
 
-def _weigh_as_stated(h: Hypothesis) -> float:
-    """Evidence with heat of any course beside a hypothesis, under the priors as stated."""
-    return find_rest(replace(h, fit=h.linearised.temper(1.0, 1.0))).evidence
+def explains_more(h: Hypothesis, unrecorded: Rest) -> bool:
+    """Whether a hypothesis does without such surroundings and, with heat of any course beside it, has more evidence
+    under the priors as stated."""
+    rest = find_rest(replace(h, fit=h.linearised.temper(1.0, 1.0)))
+    needs_them = rest.heat.is_room and rest.heat.gain > SETTINGS.alike
+    return rest.evidence > unrecorded.evidence and not needs_them
