@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.engine.channels import Readouts, readouts
+from network.engine.network import Network
 from network.engine.response.fixed_switchings import differ_at_switchings, runs_alike
 from network.engine.response.nonlinear_correction import BentCourse
 from network.engine.response.parameters import Parameter
@@ -19,15 +20,28 @@ from network.engine.solvers.elimination import KnownRegimes
 from network.engine.solvers.modal import Modes
 from network.machine.machine import Machine
 
-if TYPE_CHECKING:
-    from network.engine.response.model import Model
-
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
 
 
+class Moved(Protocol):
+    """A machine with free parameters on some runs, at any values of these."""
+
+    parameters: tuple[Parameter, ...]
+    machine: Machine
+
+    def at(self, theta: Array) -> tuple[Machine, Network]:
+        """Machine and network at θ."""
+
+    def run_from(
+        self, machine: Machine, network: Network, starts: Sequence[Mapping[str, float]],
+        beside: Sequence[Prediction] | None = None,
+    ) -> tuple[Prediction, ...]:  # fmt: skip
+        """All runs of these from starts."""
+
+
 def differ_otherwise(
-    model: Model, theta: Array, j: int, predictions: Sequence[Prediction], cells: bool
+    model: Moved, theta: Array, j: int, predictions: Sequence[Prediction], cells: bool
 ) -> list[Array]:  # fmt: skip
     """∂(channels)/∂θ_j by a difference of whole runs; means over cells are the same cells where relays switch at
     other times, values at the edges are not."""
