@@ -44,7 +44,12 @@ def explains_half(before: Hypothesis, after: Hypothesis) -> bool:
 
 def explains_most(before: Hypothesis, after: Hypothesis) -> bool:
     """Whether all but a quarter of the excess χ² − 1 before is gone."""
-    return after.chi**2 - 1 < SETTINGS.half**2 * (before.chi**2 - 1)
+    return leaves_little_of(before, after.chi**2)
+
+
+def leaves_little_of(before: Hypothesis, left: float) -> bool:
+    """The same of a misfit χ² that is left."""
+    return left - 1 < SETTINGS.half**2 * (before.chi**2 - 1)
 
 
 def share_shown(h: Hypothesis, gain: float) -> float:

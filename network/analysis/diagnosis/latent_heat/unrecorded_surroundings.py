@@ -12,6 +12,7 @@ from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING
 
+from network.analysis.diagnosis.hypotheses.falling_short import leaves_little_of
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight
 from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, refit_together, state_at_file
@@ -37,12 +38,7 @@ def find_unrecorded(h: Hypothesis) -> Rest | None:
     if not first.is_room or first.gain - others[0].gain < SETTINGS.alike:
         return None
     rest = refit_together(Rest(about, first), ROUNDS)
-    return rest if explains_most_beside(rest, h) else None
-
-
-def explains_most_beside(rest: Rest, h: Hypothesis) -> bool:
-    """Whether it leaves no more than a quarter of the excess χ² − 1 that a hypothesis leaves."""
-    return rest.left - 1 < SETTINGS.half**2 * (h.chi**2 - 1)
+    return rest if leaves_little_of(h, rest.left) else None
 
 
 def weigh_unrecorded(unrecorded: Rest, states: Iterator[Search]) -> Iterator[Search]:
