@@ -16,14 +16,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from network.analysis.calibration.gauss_newton import Linearised, linearise
 from network.analysis.diagnosis.exchange.exchange_fault import ExchangeFault
 from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan, Score
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair
 from network.analysis.diagnosis.exchange.exchanged_fits import Exchanged, fit_exchanged
 from network.analysis.diagnosis.hypotheses.few_runs import list_worst_runs, on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis, SameFit
-from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, theta_of
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, linearise_at_file
 from network.analysis.diagnosis.lumps.lump_refinement import MANY, refine_lumps
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.sensors.sensor_swap import SensorSwap
@@ -110,7 +109,7 @@ def _refine(coarse: Exchanged, finest: Hypothesis, jobs: int) -> Exchanged | Non
 
 def scan_pairs(h: Hypothesis) -> list[Score]:
     """All pairs, each in the runs in which it leaves least, the best first."""
-    pairs, about = list_pairs(h.machine), _linearise_at_file(h)
+    pairs, about = list_pairs(h.machine), linearise_at_file(h)
     return ExchangeScan(about, pairs).best() if pairs and about is not None else []
 
 
@@ -150,11 +149,3 @@ def _keep_clear(whole: Exchanged) -> Exchanged | None:
     if runs is None or runs == whole.runs:
         return whole if runs else None
     return fit_exchanged(whole.before, whole.pair, runs, whole.after.values, machine=whole.after.machine)
-
-
-def _linearise_at_file(h: Hypothesis) -> Linearised | None:
-    """About the numbers of the file, for those of a fit to readings that are not true are bent."""
-    try:
-        return linearise(h.fit.problem, theta_of(h.fit.problem.parameters, h.own_values))
-    except (Failed, np.linalg.LinAlgError):
-        return None

@@ -62,6 +62,15 @@ def state(case: Case, machine: Machine, values: Mapping[str, float]) -> Hypothes
     return Hypothesis(case, machine, (), (), fit.temper(1.0, max(1.0, chi_of(fit))))
 
 
+def linearise_at_file(h: Hypothesis) -> Linearised | None:
+    """A hypothesis about the numbers of the file, those of what was found as they are, for fitted ones are bent to what
+    is missing or not true; None where a run breaks down."""
+    try:
+        return linearise(h.fit.problem, theta_of(h.fit.problem.parameters, h.own_values))
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
 def linearise_narrowed(problem: Problem, theta: Array) -> Linearised | None:
     """A problem about some numbers, with priors narrowed by the misfit there; None where it breaks down."""
     try:

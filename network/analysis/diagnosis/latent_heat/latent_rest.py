@@ -19,7 +19,7 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.diagnosis.hypotheses.compact_fit import expand
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.hypotheses.hypothesis_fit import linearise_narrowed, theta_of
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import linearise_at_file
 from network.analysis.diagnosis.latent_heat.locate import explain_unknown, locate, rows_of
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
@@ -107,9 +107,8 @@ def find_rest(h: Hypothesis, refit: bool = True) -> Rest:
 
 
 def state_at_file(h: Hypothesis) -> Hypothesis | None:
-    """A hypothesis at the numbers of the file, those of what was found as they are; None where a run breaks down."""
-    problem = h.fit.problem
-    at = linearise_narrowed(problem, theta_of(problem.parameters, h.own_values))
+    """A hypothesis at the numbers of the file, under the priors as stated; None where a run breaks down."""
+    at = linearise_at_file(h)
     return None if at is None else replace(h, fit=at.temper(1.0, 1.0))
 
 
