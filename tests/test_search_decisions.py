@@ -717,16 +717,43 @@ def test_a_fault_has_to_explain_more_than_chance_on_the_finer_lumps_too(
     monkeypatch.setattr(search, "replace", lambda case, **more: (case, more))
     asked = list[Any]()
     monkeypatch.setattr(
-        search, "fit_hypothesis", lambda case, machine, start: asked.append((case, machine)) or h(1.0, 100.0)
+        search, "fit_hypothesis", lambda case, machine, *found, start: asked.append((case, machine)) or h(1.0, 100.0)
     )
-    null = h(1.0, 100.0 + gain, machine="fine", values={}, linearised=None)
+    null = h(1.0, 100.0 + gain, machine="fine", values={}, linearised=None, own=(), case=bare(noise="n", sigma="s"))
     fault = bare(leave_wrong=lambda case: case)
-    now = bare(fault=fault, null=null, written=bare(machine="coarse"), case=bare(noise="n", sigma="s"))
+    now = bare(fault=fault, null=null, written=bare(machine="coarse"))
     assert search._is_found_again(now, bare(case="bare")) == stays
     assert asked == [(("bare", {"noise": "n", "sigma": "s"}), "fine")]
     assert search._is_found_again(bare(fault=None), bare())
     now.written.machine = "fine"
     assert search._is_found_again(now, bare(case="bare"))
+
+
+@pytest.mark.parametrize("beside, told", [(False, ["null", "found", "without"]), (True, ["null", "found"])])
+def test_a_fault_that_what_was_found_takes_in_is_looked_at_without_it(
+    beside: bool, told: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A missing fan looks like a thermometer that drifts: the fan is found beside it, and explains the readings as they
+    were better still."""
+
+    def go_on(begun: Any, seed: int, jobs: int, tell: Any, sets_right: bool = True) -> Any:
+        yield from [state("null"), state("found", found=("fan",))] if sets_right else [state("without")]
+
+    def state(name: str, found: Any = ()) -> Any:
+        fault = None if name == "without" else bare(competes=False, lay_alike=lambda case: case)
+        return bare(name=name, fault=fault, null=h(), best=h(found=found), case=None)
+
+    for name, does in {
+        "keep_in_step": lambda case, null: case, "state": lambda *of: h(), "fit_written": lambda at: at,
+        "Search": lambda *of: bare(case=None), "Screening": lambda of: None, "Selection": lambda of: None,
+        "set_right": lambda of, jobs: (None, None), "_search_from": go_on, "_is_found_again": lambda *of: True,
+        "_shows_beside": lambda best, fault, first: beside, "_lay_alike": lambda now, other: other.best,
+        "_is_told_better": lambda laid, now, jobs: True,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(search, name, does)
+    case: Any = bare(machine=None)
+    states: Any = search.search(case, bare(values={}), 0, 1, lambda share: None)  # type: ignore[arg-type]
+    assert [now.name for now in states if hasattr(now, "name")] == told
 
 
 @pytest.mark.parametrize("again, best", [(h(1.4, 9.0), 1), (h(1.4, 7.0), 0), (None, 0)])

@@ -53,6 +53,8 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
         states = _weigh_fault(now, states, _search_from(first, seed, jobs, tell, sets_right=False), jobs)
     for now in states:
         yield now
+    if now.best.found and now.fault is not None and not _shows_beside(now.best, now.fault, first):
+        yield from _search_without(now, first, seed, jobs, tell)
     if now.fault is None and now.best.found and leaves_something(now.best):
         yield from _search_beside(now, seed, jobs, tell)
 
@@ -62,13 +64,27 @@ def _is_found_again(now: Search, first: Search) -> bool:
     these are others than those it was found on (first): what coarse lumps leave looks like a fault."""
     if now.fault is None or now.null.machine is now.written.machine:
         return True
-    case = replace(now.fault.leave_wrong(first.case), noise=now.case.noise, sigma=now.case.sigma)
+    return _shows_beside(now.null, now.fault, first)
+
+
+def _shows_beside(h: Hypothesis, fault: ReadingFault, first: Search) -> bool:
+    """Whether a fault of readings explains more than chance beside a hypothesis that was fitted to readings set right
+    (first: as they were)."""
+    case = replace(fault.leave_wrong(first.case), noise=h.case.noise, sigma=h.case.sigma)
     try:
-        bare = fit_hypothesis(case, now.null.machine, start=now.null.values)
+        bare = fit_hypothesis(case, h.machine, h.found, h.own, start=h.values)
     except (Failed, np.linalg.LinAlgError):
         return True
-    firm = lasting_misfit(now.null.linearised)
-    return now.null.evidence - bare.evidence > SETTINGS.least * firm**2
+    return h.evidence - bare.evidence > SETTINGS.least * lasting_misfit(h.linearised) ** 2
+
+
+def _search_without(
+    now: Search, first: Search, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Iterator[Search]:
+    """What a search comes to on readings as they were, where it explains as much as what was found on those set right."""
+    *_, other = _search_from(first, seed, jobs, tell, sets_right=False)
+    if _is_told_better(_lay_alike(now, other), now, jobs):
+        yield other
 
 
 def _weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search], jobs: int) -> Iterator[Search]:
