@@ -15,6 +15,7 @@ from network.analysis.diagnosis.findings.result import Diagnosis
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.intermittent.change_points import COST, find_loose_contact, find_steps
+from network.analysis.diagnosis.intermittent.input_steps import InputStep, list_driving
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
 from network.recordings.inputs import constant
 from network.recordings.recording import Recording
@@ -121,6 +122,27 @@ def test_jumps_with_which_an_input_steps_are_no_loose_contact() -> None:
     switched = replace(steps, driven=tuple(np.arange(3600.0, 28800, 3600)))
     assert len(switched.shares) == 0 and find_loose_contact([switched]) is None
     assert len(replace(steps, driven=(3600.0,)).shares) == len(steps.shares) - 1
+
+
+@pytest.mark.parametrize(
+    "every, jumps, told",
+    [
+        (180.0, [3600.0, 5400.0, 10800.0, 12600.0], "none"), (1800.0, [1800.0 * k for k in range(1, 8)], "all"),
+        (1800.0, [1800.0, 3600.0, 7200.0, 9000.0], "all"), (7200.0, [7200.0], "all"), (180.0, [], "none"),
+    ],
+)  # fmt: skip
+def test_an_input_may_make_a_channel_jump_that_does_with_its_steps_as_often_as_not_or_beyond_chance(
+    every: float, jumps: list[float], told: str
+) -> None:
+    """A relay that switches every few minutes is near all jumps and makes none; one that hardly steps may."""
+    t = np.arange(0, 14400.0, 10)
+    read = sum((np.sign(t - at) * (-1) ** k for k, at in enumerate(jumps)), 0.01 * np.sin(t))
+    runs = [None, find_steps(t, read, np.full(len(t), 10.0))]
+    moved = [InputStep(1, at, {"relay": (1.0, 1.0)}) for at in np.arange(every, 14400, every)]
+    driving = list_driving(moved, runs)
+    assert driving == [(), tuple(m.t for m in moved) if told == "all" else ()]
+    lost = InputStep(0, 60.0, {"relay": (1.0, 1.0)})
+    assert list_driving([lost, *moved], runs)[0] == (60.0,)  # in a run too short to tell
 
 
 def test_too_short_a_run_and_too_few_jumps_tell_nothing() -> None:

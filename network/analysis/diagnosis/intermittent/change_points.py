@@ -49,7 +49,7 @@ class LooseContact:
 @dataclass(frozen=True, eq=False)
 class Steps:
     """Steps of one run's residual at the middles t [s] of its bins; full: what full strength would change there;
-    scatter: their robust 1σ; end: of the run [s]; driven: when inputs step [s]."""
+    scatter: their robust 1σ; end: of the run [s]; driven: when inputs step that may make it jump [s]."""
 
     t: Array
     size: Array
@@ -60,8 +60,7 @@ class Steps:
 
     @property
     def shares(self) -> Array:
-        """Of the clear jumps, in shares of full strength; not of those with which an input steps, which may make a part
-        jump."""
+        """Of the clear jumps, in shares of full strength; not of those that an input may make."""
         peak = self._peaks & (np.abs(self.full) > 0)
         for t in self.driven:
             peak &= np.abs(self.t - t) > self.reach

@@ -1,4 +1,4 @@
-"""Steps of inputs, and whether a channel jumps with one of them by more than they make it jump.
+"""Steps of inputs, which of them may make a channel jump, and whether it jumps with one by more than they make it jump.
 
 What an input u makes a channel jump by goes with |Δu| or, as a shaft that grows with its speed, with |Δu²|: by least
 squares with no coefficient below zero, from what the channel does at other steps of all inputs. What is left there says
@@ -13,8 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import nnls
+from scipy.stats import binom
 from scipy.stats import t as student
 
+from network.analysis.diagnosis.intermittent.change_points import Steps
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.engine.response.knots import list_jumps
@@ -52,6 +54,36 @@ def _steps_of(run: Run) -> dict[float, dict[str, tuple[float, float]]]:
             if t in jumps or not is_averaged:
                 steps.setdefault(t, {})[name] = (abs(after - before), abs(after**2 - before**2))
     return steps
+
+
+def list_driving(moved: Sequence[InputStep], runs: Sequence[Steps | None]) -> list[tuple[float, ...]]:
+    """When, in each run, inputs step that may make a channel jump: those that hardly step by half as much elsewhere, or
+    at whose other steps it jumps as often as not or more often than chance has it. A relay that switches every few
+    minutes is near every jump, and makes none."""
+    watched = [(m, _jumps_at(of, m.t)) for m in moved if (of := runs[m.run]) is not None and of.covers(m.t, of.reach)]
+    chance = _share_near_jumps([of for of in runs if of is not None])
+    driving = [m for m in moved if (of := runs[m.run]) is None or _may_drive(m, of.reach, watched, chance)]
+    return [tuple(m.t for m in driving if m.run == run) for run in range(len(runs))]
+
+
+def _may_drive(own: InputStep, reach: float, watched: Sequence[tuple[InputStep, bool]], chance: float) -> bool:
+    apart = [pair for pair in watched if pair[0].run != own.run or abs(pair[0].t - own.t) >= 2 * reach]
+    for name, (by, _) in own.moved.items():
+        jumped = [jumps for m, jumps in apart if m.moved.get(name, (0.0, 0.0))[0] >= by / 2]
+        n, k = len(jumped), sum(jumped)
+        if n < MANY or 2 * k >= n or binom.sf(k - 1, n, chance) < 1 - SETTINGS.quantile:
+            return True
+    return False
+
+
+def _jumps_at(steps: Steps, t: float) -> bool:
+    return any(abs(at - t) < steps.reach for at in steps.clear)
+
+
+def _share_near_jumps(runs: Sequence[Steps]) -> float:
+    """Of the time."""
+    near = sum(2 * of.reach * len(of.clear) for of in runs)
+    return min(1.0, near / max(sum(of.end for of in runs), 1e-300))
 
 
 def exceeds_inputs(own: InputStep, jump: float, others: Sequence[InputStep], jumps: Sequence[float]) -> bool:

@@ -40,7 +40,7 @@ from network.analysis.diagnosis.intermittent.channel_samples import (
     list_inputs,
     truth_at_samples,
 )
-from network.analysis.diagnosis.intermittent.input_steps import list_input_steps
+from network.analysis.diagnosis.intermittent.input_steps import list_driving, list_input_steps
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect
 from network.machine.machine import Machine
@@ -202,5 +202,5 @@ def _list_steps(h: Hypothesis, c: Candidate, residuals: Sequence[_Residual]) -> 
     """The steps of these, in shares of what is read: what a fit says is bent by a reading that fails."""
     seen = [find_steps(of.t, of.residual, of.of_read) for of in residuals]
     runs = [p.run for p in h.predictions if c.channels[0] in p.run.channels]
-    driven = [tuple(step.t for step in list_input_steps([run])) for run in runs]
+    driven = list_driving(list_input_steps(runs), seen)
     return [steps and replace(steps, driven=times) for steps, times in zip(seen, driven, strict=True)]
