@@ -81,7 +81,7 @@ def _shows_beside(h: Hypothesis, fault: ReadingFault, first: Search) -> bool:
 def _search_without(
     now: Search, first: Search, seed: int, jobs: int, tell: Callable[[float], None]
 ) -> Iterator[Search]:
-    """What a search comes to on readings as they were, where it explains more than what was found on those set right."""
+    """What a search comes to on readings as they were, where it explains more than those set right."""
     *_, other = _search_from(first, seed, jobs, tell, sets_right=False)
     if _is_told_better(_lay_alike(now, other), now, jobs):
         yield other
