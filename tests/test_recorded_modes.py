@@ -70,6 +70,20 @@ def test_a_run_that_begins_near_a_level_may_be_long_there() -> None:
     assert told is not None and [bend.t for bend in told] == pytest.approx(edges[1:-1], abs=20)
 
 
+@pytest.mark.parametrize("low, bends", [(0.4, 9), (0.9, 7)])
+def test_a_turn_that_stays_short_of_a_level_switches_where_it_bends_as_others_do(low: float, bends: int) -> None:
+    """A saw tooth from 0 to 1 of which one tooth is cut short or, hardly turning, goes on."""
+    edges = [0.0, 1.0, 0.0, 1.0, low, 1.0, 0.0, 1.0, 0.0, 1.0, 0.5]
+    lengths = np.abs(np.diff(edges)) * 600.0
+    t = np.arange(0, lengths.sum(), 10.0)
+    x = np.interp(t, np.append(0.0, np.cumsum(lengths)), edges)
+    noise = 0.01 * np.random.default_rng(5).standard_normal(len(t))
+    told = find_switchings(Swing(t, x + noise, on=1.0, off=0.0))
+    assert told is not None and len(told) == bends
+    near = [np.abs(bend.t - np.cumsum(lengths)).min() for bend in told]
+    assert max(near) < 40
+
+
 def test_a_fit_that_follows_them_keeps_step_from_anywhere(chilled: Machine, tmp_path: Path) -> None:
     """The jacket lets a quarter less through than stated: simulated, the relay is out of step at the file's numbers."""
     weaker = chilled.patched({"links.coolant jacket.conductance": "22 W/K"})

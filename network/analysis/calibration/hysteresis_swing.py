@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Mask
 
 NEAR = 0.25
 """Share of the half width before a level from which a switching is looked for: what noise and a level that is off by
@@ -57,6 +57,18 @@ class Swing:
     def turns(self) -> tuple[list[float], list[float]]:
         """Highest and lowest means of three samples between which it goes through half of the hysteresis or more."""
         return _list_turns(self.x, (self.on - self.off) / 2)
+
+    @cached_property
+    def close(self) -> tuple[Mask, Mask]:
+        """Which means of three samples come near the level at which it goes on, and near the other, or near a turn of
+        their own before it: noise may hide the rest of the way, and their bend has to tell whether it switched."""
+        smooth, (on, off) = _smooth(self.x), self.approaches
+        high, low, since = smooth > on, smooth < off, 0
+        for k, is_high in _find_turns(self.x, (self.on - self.off) / 2):
+            own = smooth[since : k + 1]
+            (high if is_high else low)[since : k + 1] |= np.abs(own - smooth[k]) < self.near
+            since = k
+        return high, low
 
     @property
     def approaches(self) -> tuple[float, float]:
@@ -154,17 +166,14 @@ def _list_crossings(swing: Swing, refused: Container[int]) -> list[_Crossing]:
     smooth = _smooth(swing.x)
     middle, is_on, k, since = (swing.on + swing.off) / 2, smooth[0] > swing.on, 0, 0
     found: list[_Crossing] = []
-    on, off = swing.approaches
-    levels = {True: (-1.0, -off), False: (1.0, on)}
+    high, low = swing.close
     while True:
-        way, level = levels[bool(is_on)]
-        beyond = np.flatnonzero(way * smooth[k:] > level)
-        if not len(beyond):
+        way, close = (-1.0, low) if is_on else (1.0, high)
+        if not (close := close[k:]).any():
             break
-        k += int(beyond[0])
+        k += int(close.argmax())
         if k in refused:
-            back = np.flatnonzero(way * smooth[k:] < level)
-            k += int(back[0]) if len(back) else len(smooth)
+            k += int(np.argmin(np.append(close[close.argmax() :], False)))
             continue
         before = np.flatnonzero(way * smooth[since:k] < way * middle)
         begin = since + int(before[-1]) if len(before) else since
@@ -210,11 +219,18 @@ def _smooth(x: Array) -> Array:
 
 def _list_turns(x: Array, least: float) -> tuple[list[float], list[float]]:
     """Highest and lowest values between which it goes up and down by at least so much."""
-    high, low, top, bottom, rises = list[float](), list[float](), x[0], x[0], True
-    for value in _smooth(x):
-        top, bottom = max(top, value), min(bottom, value)
-        if rises and value < top - least:
-            high, rises, bottom = [*high, float(top)], False, value
-        elif not rises and value > bottom + least:
-            low, rises, top = [*low, float(bottom)], True, value
+    smooth, turns = _smooth(x), _find_turns(x, least)
+    high, low = ([float(smooth[k]) for k, is_high in turns if is_high == of_high] for of_high in (True, False))
     return high, low
+
+
+def _find_turns(x: Array, least: float) -> list[tuple[int, bool]]:
+    """At which samples these are, and whether they are high."""
+    smooth, turns, top, bottom, rises = _smooth(x), list[tuple[int, bool]](), 0, 0, True
+    for k, value in enumerate(smooth.tolist()):
+        top, bottom = (k if value > smooth[top] else top), (k if value < smooth[bottom] else bottom)
+        if rises and value < smooth[top] - least:
+            turns, rises, bottom = [*turns, (top, True)], False, k
+        elif not rises and value > smooth[bottom] + least:
+            turns, rises, top = [*turns, (bottom, False)], True, k
+    return turns
