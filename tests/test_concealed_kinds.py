@@ -3,6 +3,7 @@ for that file the one at its place explains them and says how large it is."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -15,10 +16,12 @@ from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_hypothesis
+from network.analysis.diagnosis.screening.screen import score_candidates
 from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.fields import Place
 from network.catalogue.suspects.interposed_mass import InterposedMass
 from network.catalogue.suspects.post import Post
+from network.engine.response.parameters import at_values
 from network.platform.quantities.units import unit
 from network.recordings.inputs import Signal, hold, linear
 
@@ -129,6 +132,33 @@ def test_a_recorded_column_that_is_no_power_and_its_square() -> None:
     straight = proposed(case, "sources", "heat_source", "body", has="current body")
     assert "follows current to the power of 2" in said(squared)
     assert fit_hypothesis(case, straight.machine, (straight,), straight.own).chi > 1.3 > squared.chi
+
+
+def test_heat_that_a_recorded_pump_takes_away() -> None:
+    """Coolant that runs at times is scored below nothing, and told as a sink."""
+    plain = two_blocks()
+    coolant = {"kind": "heat_source", "into": {"body": 1}, "power": "-80 W", "with": "pump", "at": "1"}
+    case = conceal(plain, plain.patched({"sources": {"coolant": coolant}}))
+    c = proposed(case, "sources", "heat_source", "body", has="pump body")
+    null = fit_hypothesis(case, plain)
+    (score,) = score_candidates(null.linearised, [c], null.values)
+    assert c.is_signed and score.gain > 50 and score.amplitude < 0
+    assert not proposed(case, "sources", "heat_source", "body", has="always").is_signed
+    found = explain(case, c)
+    assert own(found)["power"] == pytest.approx(-80, rel=0.1)
+    told = c.kind.told(at_values(c.machine, found.values), c.patch)
+    assert re.fullmatch(r"body loses [78]\d(\.\d)? W to a sink that follows pump", told)
+
+
+def test_a_power_that_heats_one_part_may_heat_another_too() -> None:
+    """What a source reads is proposed elsewhere as any other column, at no size of its own."""
+    motor = {"kind": "heat_source", "into": {"motor": 1}, "power": "300 W", "with": "supply", "at": "600 W"}
+    plain = two_blocks(sources={"drive": motor})
+    bearing = {"kind": "heat_source", "into": {"body": 1}, "power": "150 W", "with": "supply", "at": "600 W"}
+    case = conceal(plain, plain.patched({"sources": {"bearing": bearing}}))
+    assert not case.runs.powers and "supply" in case.runs.drivers
+    found = explain(case, proposed(case, "sources", "heat_source", "body", has="supply body"))
+    assert own(found)["power"] == pytest.approx(150, rel=0.1)
 
 
 def test_a_heater_that_a_thermostat_switches() -> None:

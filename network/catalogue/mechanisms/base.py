@@ -171,6 +171,11 @@ class Source(Mechanism):
         """Whether no input, temperature, level or instant of its own changes its heat."""
         return not (isinstance(self, Relay) or self.has_edges() or self.needs() or self.places_read())
 
+    @property
+    def may_cool(self) -> bool:
+        """Whether it may as well take heat away: where a recorded column drives it, coolant, a valve or a door does."""
+        return False
+
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Into every part that has a heat capacity."""

@@ -31,7 +31,15 @@ class HeatSource(Source, kind="heat_source"):
     derived = ("full",)
     full: float
     strength = "power"
-    sentence = "{into} receives {power} from a source {when}"
+    sentence = "{into} {exchanged} {when}"
+
+    @property
+    def exchanged(self) -> str:
+        """What it gives or, where its power is negative, takes, in words."""
+        tell = self.fields["power"].tell
+        return (
+            f"loses {tell(-self.power)} to a sink" if self.power < 0 else f"receives {tell(self.power)} from a source"
+        )
 
     @property
     def when(self) -> str:
@@ -68,6 +76,10 @@ class HeatSource(Source, kind="heat_source"):
             yield "exponent", wrong, "drop `exponent`, or name the input in `with`"
         if self.driver != "running" and self.input is not None:
             yield "input", f"has 'input' with `with: {self.driver}`", "name the input in `with`"
+
+    @property
+    def may_cool(self) -> bool:
+        return self.at is not None
 
     def heat(self, u: Inputs, *T: Array) -> Array:
         q: Array = self.power * self._share(u)

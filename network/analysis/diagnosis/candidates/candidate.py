@@ -63,10 +63,12 @@ class Candidate:
     def is_structural(self) -> bool:
         return not self.own
 
-    @property
+    @cached_property
     def is_signed(self) -> bool:
-        """Whether its strength may be negative; heat not, for what takes heat away has kinds of its own."""
-        return self.own[0].field.may_be_negative and self.own[0].field.unit != "W"
+        """Whether its strength may be negative; that of heat only where a recorded column drives it, for what else
+        takes heat away has kinds of its own."""
+        first, sources = self.own[0].field, [e for e in self._entries if isinstance(e, Source)]
+        return first.may_be_negative and (first.unit != "W" or any(source.may_cool for source in sources))
 
     @cached_property
     def _entries(self) -> tuple[Declared | None, ...]:
