@@ -17,6 +17,8 @@ from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_hypothesis
 from network.analysis.diagnosis.screening.screen import score_candidates
+from network.analysis.diagnosis.steps.backward_elimination import share_explained
+from network.analysis.diagnosis.steps.unseen_runs import tell_unseen
 from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.fields import Place
 from network.catalogue.suspects.interposed_mass import InterposedMass
@@ -148,6 +150,23 @@ def test_heat_that_a_recorded_pump_takes_away() -> None:
     assert own(found)["power"] == pytest.approx(-80, rel=0.1)
     told = c.kind.told(at_values(c.machine, found.values), c.patch)
     assert re.fullmatch(r"body loses [78]\d(\.\d)? W to a sink that follows pump", told)
+
+
+@pytest.mark.parametrize("is_single", [False, True])
+def test_what_shows_nowhere_else_is_told_by_where_it_shows(is_single: bool) -> None:
+    """A pump that cools in one of several recordings, or late in a single one: what it takes is free elsewhere."""
+    off, on = (levels("pump", "1", 0, 0, 0, 0, 0, x, x, 0) for x in (0, 1))
+    plain = two_blocks()
+    heat = {"kind": "heat_source", "into": {"body": 1}, "power": "-15 W", "with": "pump", "at": "1"}
+    truth = plain.patched({"sources": {"heat": heat}})
+    pumps = [on] if is_single else [off, off, on]
+    runs = [recorded(truth, speeds(*LADDERS[k % 2], pump=pump), k) for k, pump in enumerate(pumps)]
+    case = Case(plain, tuple(runs))
+    c = proposed(case, "sources", "heat_source", "body", has="pump body")
+    null, found = fit_hypothesis(case, plain), fit_findings(case, plain, [c], {})
+    assert found is not None and own(found)["power"] == pytest.approx(-15, rel=0.2)
+    before, after = (tell_unseen(h, with_rest=False) for h in (null, found))
+    assert after.density > before.density + 50 and share_explained(before.chi, after.chi) > 0.8
 
 
 def test_a_power_that_heats_one_part_may_heat_another_too() -> None:

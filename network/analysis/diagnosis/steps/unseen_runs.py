@@ -1,8 +1,8 @@
 """Cross-validation: runs that are left out of a fit, told by it, alone and with latent heat beside it.
 
 Of runs r told by what the others found, ln p(r | others) is that of `foretold_runs` and what heat of any course adds to
-it, its place, σ and ℓ learned on the others: the joint log predictive density, but for a constant. The misfit of runs,
-and the end of a single one, are told by the numbers as they stand. Source: Vehtari, Gelman & Gabry, Statistics and
+it, its place, σ and ℓ learned on the others: the joint log predictive density, but for a constant; of a single run its
+end, told by its beginning. Source: Vehtari, Gelman & Gabry, Statistics and
 Computing 27 (2017) 1413; unverified.
 """
 
@@ -16,13 +16,12 @@ from itertools import chain
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise
-from network.analysis.calibration.misfit import strain_of
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.latent_heat.latent_rest import find_rest
 from network.analysis.diagnosis.latent_heat.locate import predict_unknown
-from network.analysis.diagnosis.steps.foretold_runs import ForetoldRuns
+from network.analysis.diagnosis.steps.foretold_runs import ForetoldEnd, ForetoldRuns
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
@@ -34,7 +33,8 @@ single run tells the rest."""
 @dataclass(frozen=True)
 class Unseen:
     """What is left of readings that were told by others. misfit: Σ of squares in noise, with what the constants of
-    these runs are strained by; rows: how many; density: their log predictive density [nats]."""
+    these runs are strained by and numbers moved, as far as others leave them free; rows: how many; density: their log
+    predictive density [nats]."""
 
     misfit: float
     rows: int
@@ -93,12 +93,7 @@ def _tell_without(h: Hypothesis, with_rest: bool, left_out: Sequence[int]) -> Un
     others = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
     told = ForetoldRuns(_tell_by(others, h.case.of(left_out)), others.linearised.reduced[0])
     more = _add_rest(others, told) if with_rest else 0.0
-    return Unseen(_misfit_of(told.seen), len(told.left), told.density + more)
-
-
-def _misfit_of(seen: Linearised) -> float:
-    """Of runs at the numbers of others as these stand."""
-    return float(seen.left @ seen.left) + strain_of(seen)
+    return Unseen(told.misfit, len(told.left), told.density + more)
 
 
 def _tell_by(h: Hypothesis, case: Case) -> Linearised:
@@ -119,5 +114,5 @@ def _tell_end(h: Hypothesis) -> Unseen:
     others = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
     seen = _tell_by(others, h.case)
     late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
-    misfit = float(seen.left[late] @ seen.left[late]) + strain_of(seen)
-    return Unseen(misfit, int(late.sum()), -misfit / 2)
+    told = ForetoldEnd(seen, late)
+    return Unseen(told.misfit, int(late.sum()), told.density)
