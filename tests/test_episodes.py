@@ -15,7 +15,7 @@ from network.analysis.diagnosis.findings.result import Diagnosis
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.intermittent.change_points import COST, find_loose_contact, find_steps
-from network.analysis.diagnosis.intermittent.input_steps import InputStep, list_driving
+from network.analysis.diagnosis.intermittent.input_steps import InputStep, list_driven
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
 from network.recordings.inputs import constant
 from network.recordings.recording import Recording
@@ -124,25 +124,44 @@ def test_jumps_with_which_an_input_steps_are_no_loose_contact() -> None:
     assert len(replace(steps, driven=(3600.0,)).shares) == len(steps.shares) - 1
 
 
+WORK = [3600.0, 5400.0, 7200.0, 9000.0]
+EDGES = [1800.0 * k for k in range(1, 8)]
+
+
 @pytest.mark.parametrize(
-    "every, jumps, told",
+    "moved, jumps, driven",
     [
-        (180.0, [3600.0, 5400.0, 10800.0, 12600.0], "none"), (1800.0, [1800.0 * k for k in range(1, 8)], "all"),
-        (1800.0, [1800.0, 3600.0, 7200.0, 9000.0], "all"), (7200.0, [7200.0], "all"), (180.0, [], "none"),
+        (np.arange(180.0, 14400, 180), WORK, 0), (np.arange(1800.0, 14400, 1800), EDGES, 7),
+        (np.arange(1800.0, 14400, 1800), EDGES[:4], 4), ([7200.0], [7200.0], 1), (np.arange(180.0, 14400, 180), [], 0),
+        (np.arange(3300.0, 9300, 150), WORK, 0), ([3600.0, 12000, 12600, 13200, 13800], WORK, 0),
     ],
 )  # fmt: skip
-def test_an_input_may_make_a_channel_jump_that_does_with_its_steps_as_often_as_not_or_beyond_chance(
-    every: float, jumps: list[float], told: str
+def test_an_input_may_make_jumps_that_come_with_its_steps_as_often_as_not_or_beyond_chance(
+    moved: list[float], jumps: list[float], driven: int
 ) -> None:
-    """A relay that switches every few minutes is near all jumps and makes none; one that hardly steps may."""
+    """A relay that switches every few minutes, all day or at work alone, is near all jumps and makes none; one that
+    hardly steps may."""
     t = np.arange(0, 14400.0, 10)
     read = sum((np.sign(t - at) * (-1) ** k for k, at in enumerate(jumps)), 0.01 * np.sin(t))
-    runs = [None, find_steps(t, read, np.full(len(t), 10.0))]
-    moved = [InputStep(1, at, {"relay": (1.0, 1.0)}) for at in np.arange(every, 14400, every)]
-    driving = list_driving(moved, runs)
-    assert driving == [(), tuple(m.t for m in moved) if told == "all" else ()]
-    lost = InputStep(0, 60.0, {"relay": (1.0, 1.0)})
-    assert list_driving([lost, *moved], runs)[0] == (60.0,)  # in a run too short to tell
+    steps = find_steps(t, read, np.full(len(t), 10.0))
+    assert steps is not None and len(steps.clear) == len(jumps)
+    told = list_driven([InputStep(1, at, {"relay": (1.0, 1.0)}) for at in moved], [None, steps])
+    assert told[0] == () and len(told[1]) == driven and {*told[1]} <= {*steps.clear}
+    load = [InputStep(1, at, {"load": (1.0, 1.0)}) for at in t[1:]]
+    assert list_driven(load, [None, steps]) == [(), ()]
+
+
+def test_a_run_that_tells_no_jumps_hides_a_loose_contact_in_no_other() -> None:
+    """A short one, and one that does not read the channel."""
+    runs = [
+        loosened(recorded(plant(), ladder, i), w) for i, (ladder, w) in enumerate(zip(LADDERS, WINDOWS, strict=True))
+    ]
+    short, other = (recorded(plant(), HELD_OUT, seed) for seed in (7, 8))
+    without = {name: column for name, column in other.columns.items() if name != "T_housing"}
+    case = Case(plant(), (short.until(0.1), *runs, replace(other, columns=without)))
+    told = find_intermittent_fault(fit_hypothesis(case, case.machine))
+    assert told is not None and told[0].loose.share == pytest.approx(SHARE, abs=0.02)
+    assert [len(w) for w in told[0].windows] == [0, 2, 3, 0] and told[1].chi < 1.2
 
 
 def test_too_short_a_run_and_too_few_jumps_tell_nothing() -> None:

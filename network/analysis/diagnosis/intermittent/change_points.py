@@ -49,7 +49,7 @@ class LooseContact:
 @dataclass(frozen=True, eq=False)
 class Steps:
     """Steps of one run's residual at the middles t [s] of its bins; full: what full strength would change there;
-    scatter: their robust 1σ; end: of the run [s]; driven: when inputs step that may make it jump [s]."""
+    scatter: their robust 1σ; end: of the run [s]; driven: when inputs may make it jump [s]."""
 
     t: Array
     size: Array
@@ -149,9 +149,10 @@ def _average_bins(t: Array, values: Array) -> tuple[Array, Array]:
     return middles[known], np.array([np.median(some) for some in np.split(values[good], first[1:]) if len(some)])
 
 
-def find_loose_contact(runs: Sequence[Steps]) -> LooseContact | None:
-    """What the jumps of one channel in all runs have in common; None where that is nothing."""
-    shares = np.abs(np.concatenate([np.empty(0), *(steps.shares for steps in runs)]))
+def find_loose_contact(runs: Sequence[Steps | None]) -> LooseContact | None:
+    """What the jumps of one channel in all runs have in common; None where that is nothing. Runs that are too short to
+    tell, or do not read it, have no windows."""
+    shares = np.abs(np.concatenate([np.empty(0), *(steps.shares for steps in runs if steps is not None)]))
     if len(shares) < FEWEST:
         return None
     near = np.abs(shares[:, None] - shares) < ALIKE * shares[:, None]
@@ -159,7 +160,7 @@ def find_loose_contact(runs: Sequence[Steps]) -> LooseContact | None:
     share = float(np.median(alike))
     if len(alike) < FEWEST or len(shares) - len(alike) > MOST_OTHERS * len(shares):
         return None
-    windows = tuple(steps.windows(share) for steps in runs)
+    windows = tuple(() if steps is None else steps.windows(share) for steps in runs)
     if not SHARES[0] < share < SHARES[1] or not any(windows):
         return None
     return LooseContact(share, float(np.std(alike) / np.sqrt(len(alike))), windows)

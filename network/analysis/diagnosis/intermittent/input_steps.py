@@ -18,12 +18,14 @@ from scipy.stats import t as student
 
 from network.analysis.diagnosis.intermittent.change_points import Steps
 from network.analysis.diagnosis.settings import SETTINGS
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Mask
 from network.engine.response.knots import list_jumps
 from network.engine.response.measured_run import Run
 
 MANY = 4
 """Steps elsewhere that say something of one: what is left at fewer says nothing of how far off it may be."""
+ASIDE = (-6, -5, -4, -3, 3, 4, 5, 6)
+"""By how many reaches jumps are moved to tell how often chance has one near a step: at work both are more often."""
 
 
 @dataclass(frozen=True)
@@ -56,34 +58,47 @@ def _steps_of(run: Run) -> dict[float, dict[str, tuple[float, float]]]:
     return steps
 
 
-def list_driving(moved: Sequence[InputStep], runs: Sequence[Steps | None]) -> list[tuple[float, ...]]:
-    """When, in each run, inputs step that may make a channel jump: those that hardly step by half as much elsewhere, or
-    at whose other steps it jumps as often as not or more often than chance has it. A relay that switches every few
-    minutes is near every jump, and makes none."""
-    watched = [(m, _jumps_at(of, m.t)) for m in moved if (of := runs[m.run]) is not None and of.covers(m.t, of.reach)]
-    chance = _share_near_jumps([of for of in runs if of is not None])
-    driving = [m for m in moved if (of := runs[m.run]) is None or _may_drive(m, of.reach, watched, chance)]
-    return [tuple(m.t for m in driving if m.run == run) for run in range(len(runs))]
+def list_driven(moved: Sequence[InputStep], runs: Sequence[Steps | None]) -> list[tuple[float, ...]]:
+    """Of each run the clear jumps of a channel that an input may make which steps there: one that hardly steps by half
+    as much elsewhere, or at whose other steps it jumps as often as not, or more often than some time before and after
+    them. A relay that switches every few minutes is near every jump, and makes none."""
+    return [tuple(at for at in (of.clear if of else ()) if _is_driven(moved, runs, i, at)) for i, of in enumerate(runs)]
 
 
-def _may_drive(own: InputStep, reach: float, watched: Sequence[tuple[InputStep, bool]], chance: float) -> bool:
-    apart = [pair for pair in watched if pair[0].run != own.run or abs(pair[0].t - own.t) >= 2 * reach]
-    for name, (by, _) in own.moved.items():
-        jumped = [jumps for m, jumps in apart if m.moved.get(name, (0.0, 0.0))[0] >= by / 2]
-        n, k = len(jumped), sum(jumped)
-        if n < MANY or 2 * k >= n or binom.sf(k - 1, n, chance) < 1 - SETTINGS.quantile:
+def _is_driven(moved: Sequence[InputStep], runs: Sequence[Steps | None], run: int, at: float) -> bool:
+    own = runs[run]
+    assert own is not None
+    here = [m for m in moved if m.run == run and abs(m.t - at) < own.reach]
+    largest = {name: max(m.by([name])[0] for m in here) for m in here for name in m.moved}
+    for name, by in largest.items():
+        steps, jumps = list[Array](), list[Array]()
+        for i, of in enumerate(runs):
+            if of is not None:
+                alike = np.array([m.t for m in moved if m.run == i and m.by([name])[0] >= by / 2])
+                apart, clear = alike[_list_near(alike, of.t, of.reach)], np.array(of.clear)
+                steps.append(apart[np.abs(apart - at) >= 2 * of.reach] if i == run else apart)
+                jumps.append(clear[clear != at] if i == run else clear)
+        if _may_drive(steps, jumps, own.reach):
             return True
     return False
 
 
-def _jumps_at(steps: Steps, t: float) -> bool:
-    return any(abs(at - t) < steps.reach for at in steps.clear)
+def _may_drive(steps: Sequence[Array], jumps: Sequence[Array], reach: float) -> bool:
+    """steps: other ones of an input, of every run; jumps: of the channel."""
+    count = sum(map(len, steps))
+    jumped = sum(int(_list_near(t, at, reach).sum()) for t, at in zip(steps, jumps, strict=True))
+    if count < MANY or 2 * jumped >= count:
+        return True
+    near = [[_list_near(at + by * reach, t, reach) for t, at in zip(steps, jumps, strict=True)] for by in (0, *ASIDE)]
+    own, *aside = (np.concatenate(each) for each in near)
+    return bool(binom.sf(own.sum() - 1, len(own), np.mean(aside)) < 1 - SETTINGS.quantile) if len(own) else False
 
 
-def _share_near_jumps(runs: Sequence[Steps]) -> float:
-    """Of the time."""
-    near = sum(2 * of.reach * len(of.clear) for of in runs)
-    return min(1.0, near / max(sum(of.end for of in runs), 1e-300))
+def _list_near(times: Array, others: Array, reach: float) -> Mask:
+    """Which of some instants lie within reach of others."""
+    edges = np.concatenate([[-np.inf], np.sort(others), [np.inf]])
+    after = np.searchsorted(edges, times)
+    return np.asarray(np.minimum(times - edges[after - 1], edges[after] - times) < reach)
 
 
 def exceeds_inputs(own: InputStep, jump: float, others: Sequence[InputStep], jumps: Sequence[float]) -> bool:

@@ -40,9 +40,10 @@ from network.analysis.diagnosis.intermittent.channel_samples import (
     list_inputs,
     truth_at_samples,
 )
-from network.analysis.diagnosis.intermittent.input_steps import list_driving, list_input_steps
+from network.analysis.diagnosis.intermittent.input_steps import list_driven, list_input_steps
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect
+from network.engine.response.model import Prediction
 from network.machine.machine import Machine
 from network.recordings.inputs import Signal
 from network.recordings.recording import Recording
@@ -139,8 +140,7 @@ def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
     come_and_go = [kind for kind in kinds() if issubclass(kind, SensorEffect) and kind.comes_and_goes]
     recordings = list_as_fitted(h.case.recordings, h)
     for c in candidates(h.machine, h.case.drivers, among=come_and_go):
-        seen = [steps for steps in _list_steps(h, c, _list_residuals(h, c, recordings)) if steps is not None]
-        loose = find_loose_contact(seen) if len(seen) == len(h.predictions) else None
+        loose = find_loose_contact(_list_steps(h, c, _list_residuals(h, c, recordings)))
         if loose is not None:
             yield IntermittentFault(h.case.recordings, 0.0, c, loose, {r.file: r.constants for r in recordings})
 
@@ -149,9 +149,9 @@ def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> Int
     """A fault with its share told by all readings in its windows, and its windows by that share, about a better fit."""
     recordings, windows = list_as_fitted(h.case.recordings, about), e.loose.windows
     runs = _list_residuals(about, e.candidate, recordings)
-    within = [inside(run.t, spans) for run, spans in zip(runs, windows, strict=True)]
-    r = np.concatenate([run.residual[i] for run, i in zip(runs, within, strict=True)])
-    full = np.concatenate([run.change[i] for run, i in zip(runs, within, strict=True)])
+    within = [(run, inside(run.t, spans)) for run, spans in zip(runs, windows, strict=True) if run is not None]
+    r = np.concatenate([run.residual[i] for run, i in within])
+    full = np.concatenate([run.change[i] for run, i in within])
     good = np.isfinite(r)
     if not full[good].any():
         return e
@@ -187,20 +187,21 @@ class _Residual:
     of_read: Array
 
 
-def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[_Residual]:
-    """Of the channel of a candidate in every run that has it."""
+def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[_Residual | None]:
+    """Of the channel of a candidate in every run; None where it is not read."""
     full, name = effect_of(at_share(c, 1.0), c), c.channels[0]
-    runs = [(p, r) for p, r in zip(h.predictions, recordings, strict=True) if name in p.run.channels]
-    truths = [(r, r.columns[name].values, truth_at_samples(p, r, name)) for p, r in runs]
-    return [
-        _Residual(r.t, values - truth, change_of(full, r, truth), change_of(full, r, values))
-        for r, values, truth in truths
-    ]
+
+    def residual(p: Prediction, r: Recording) -> _Residual:
+        values, truth = r.columns[name].values, truth_at_samples(p, r, name)
+        return _Residual(r.t, values - truth, change_of(full, r, truth), change_of(full, r, values))
+
+    runs = zip(h.predictions, recordings, strict=True)
+    return [residual(p, r) if name in p.run.channels else None for p, r in runs]
 
 
-def _list_steps(h: Hypothesis, c: Candidate, residuals: Sequence[_Residual]) -> list[Steps | None]:
-    """The steps of these, in shares of what is read: what a fit says is bent by a reading that fails."""
-    seen = [find_steps(of.t, of.residual, of.of_read) for of in residuals]
-    runs = [p.run for p in h.predictions if c.channels[0] in p.run.channels]
-    driven = list_driving(list_input_steps(runs), seen)
+def _list_steps(h: Hypothesis, c: Candidate, residuals: Sequence[_Residual | None]) -> list[Steps | None]:
+    """The steps of these, in shares of what is read: what a fit says is bent by a reading that fails. None of runs that
+    are too short."""
+    seen = [None if of is None else find_steps(of.t, of.residual, of.of_read) for of in residuals]
+    driven = list_driven(list_input_steps(p.run for p in h.predictions), seen)
     return [steps and replace(steps, driven=times) for steps, times in zip(seen, driven, strict=True)]
