@@ -61,6 +61,24 @@ def test_instants_of_switchings_are_read(chilled: Machine, tmp_path: Path) -> No
     assert not forget_modes([told])[0].modes
 
 
+def test_a_chiller_that_never_switches_in_one_run_is_read_in_the_others(chilled: Machine, tmp_path: Path) -> None:
+    """An idle hour stays below the level at which it goes on: it was off. Alone, or read rarely, it says nothing."""
+    _, work = _record(chilled, tmp_path)
+    rest = simulate(chilled, Scenario.of("rest", "1 h", {**INPUTS, "speed": "0 rpm"}, output="10 s"), noise_seed=4)
+    assert not rest.switches
+    write_run(rest, tmp_path)
+    idle = replace(Recording.load(tmp_path / "results.csv"), name="rest", file="rest.csv")
+    (busy, off) = (next(iter(r.modes.values())) for r in read_modes(chilled, [work, idle]))
+    assert len(busy.t) > 20 and len(off.t) == 1 and off.first == 0
+    fit = fit_hypothesis(Case(chilled, read_modes(chilled, [work, idle])), chilled)
+    assert fit.chi < 1.3
+    assert not read_modes(chilled, [idle])[0].modes
+    rare = replace(
+        idle, t=idle.t[::30], columns={n: replace(c, values=c.values[::30]) for n, c in idle.columns.items()}
+    )
+    assert not any(r.modes for r in read_modes(chilled, [work, rare]))
+
+
 def test_a_run_that_begins_near_a_level_may_be_long_there() -> None:
     """It comes near it within a minute and switches minutes later, which says nothing of how long it takes."""
     edges = np.array([0.0, 330.0, 500.0, 1300.0, 1470.0, 2270.0, 2440.0])

@@ -5,8 +5,9 @@ Where the readings do not bend the way that a relay drives (hysteresis_swing), t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,10 +25,12 @@ CLEAR = 4.0
 def read_modes(machine: Machine, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """Recordings that tell when the relays of a machine were on; as they are, without modes, where one of them does not
     show it for every relay."""
-    told = [_read_run(machine, recording) for recording in recordings]
-    if not all(told):
+    relays = {path.name: entry for path, entry in machine.by_path.items() if isinstance(entry, Relay)}
+    told = [_read_relay(machine, relay, name, recordings) for name, relay in relays.items()]
+    runs = [{mode.name: mode for mode in run if mode is not None} for run in zip(*told, strict=True)]
+    if not told or any(len(modes) < len(told) for modes in runs):
         return forget_modes(recordings)
-    return tuple(replace(r, modes=modes) for r, modes in zip(recordings, told, strict=True))
+    return tuple(replace(r, modes=modes) for r, modes in zip(recordings, runs, strict=True))
 
 
 def forget_modes(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
@@ -35,12 +38,24 @@ def forget_modes(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     return tuple(replace(r, modes={}) if r.modes else r for r in recordings)
 
 
-def _read_run(machine: Machine, recording: Recording) -> Mapping[str, RelayMode]:
-    """Modes of all relays in a run; nothing where one cannot be read."""
-    relays = {path.name: entry for path, entry in machine.by_path.items() if isinstance(entry, Relay)}
-    told = [read_mode(machine, relay, name, recording) for name, relay in relays.items()]
-    known = {mode.name: mode for mode in told if mode is not None}
-    return known if len(known) == len(told) else {}
+def _read_relay(
+    machine: Machine, relay: Relay, name: str, recordings: Sequence[Recording]
+) -> list[RelayMode | None]:  # fmt: skip
+    """The modes of one relay in every run: off all along, too, where the readings of what it watches stay clearly short
+    of the level at which it goes on, and are as frequent as to show how it switches in others."""
+    modes = [read_mode(machine, relay, name, r) for r in recordings]
+    steps = [float(np.diff(mode.t[1:]).min(initial=np.inf)) for mode in modes if mode is not None]
+    told = zip(modes, recordings, strict=True)
+    return [mode or _read_idle(machine, relay, name, r, min(steps, default=0.0)) for mode, r in told]
+
+
+def _read_idle(machine: Machine, relay: Relay, name: str, recording: Recording, fastest: float) -> RelayMode | None:
+    """fastest: the shortest time that it is on or off in other runs [s]."""
+    seen = _find_swing(machine, relay, recording)
+    if seen is None or FEWEST * float(np.median(np.diff(seen.swing.t))) > fastest:
+        return None
+    is_short = seen.swing.x.max() + CLEAR * seen.sigma < seen.swing.on
+    return RelayMode(MODE + name, recording.t[:1], np.zeros(0), 0.0) if is_short else None
 
 
 def clear_of(sigma: float) -> float:
@@ -50,9 +65,28 @@ def clear_of(sigma: float) -> float:
 
 def read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) -> RelayMode | None:
     """When one relay was on; None where the readings of what it watches do not show it."""
-    levels = relay.levels()
+    seen = _find_swing(machine, relay, recording)
+    swing = None if seen is None else seen.swing.centred()
+    if seen is None or swing is None or swing.on - swing.off < clear_of(seen.sigma):
+        return None
+    found = find_switchings(swing)
+    if not found:  # one that never seems to switch may be hidden by readings too rare, or of something else
+        return None
+    t = np.array([recording.t[0], *(bend.t for bend in found)])
+    return RelayMode(MODE + name, t, np.array([bend.spread for bend in found]), float(swing.x[0] > swing.on))
+
+
+class _Seen(NamedTuple):
+    """Readings of what a relay watches, between its levels, and their noise."""
+
+    swing: Swing
+    sigma: float
+
+
+def _find_swing(machine: Machine, relay: Relay, recording: Recording) -> _Seen | None:
+    """None where nothing reads it, or its levels are not known."""
+    levels, body = relay.levels(), relay.follow("")
     sensor = next((n for n in list_readers(machine, relay) if n in recording.columns), None)
-    body = relay.follow("")
     if levels is None or sensor is None or body is None or not body.keys() >= {*relay.uncertain()}:
         return None  # numbers of its own that are not known, like a set point, only show where it is simulated
     sign = np.sign(levels[1] - levels[2])
@@ -60,11 +94,5 @@ def read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) -
     kept = np.isfinite(values)
     if kept.sum() < FEWEST:
         return None
-    swing = Swing(recording.t[kept], sign * values[kept], sign * levels[1], sign * levels[2]).centred()
-    if swing is None or swing.on - swing.off < clear_of(machine.sensors[sensor].sigma):
-        return None
-    found = find_switchings(swing)
-    if not found:  # one that never seems to switch may be hidden by readings too rare, or of something else
-        return None
-    t = np.array([recording.t[0], *(bend.t for bend in found)])
-    return RelayMode(MODE + name, t, np.array([bend.spread for bend in found]), float(swing.x[0] > swing.on))
+    swing = Swing(recording.t[kept], sign * values[kept], sign * levels[1], sign * levels[2])
+    return _Seen(swing, machine.sensors[sensor].sigma)
