@@ -19,6 +19,7 @@ from network.analysis.diagnosis.latent_heat.heat_evidence import explain_best, g
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.unknown_heat import (
+    MOST_KNOTS,
     heat_answers,
     heat_knots,
     part_spread,
@@ -31,8 +32,9 @@ from network.machine.machine import Machine
 
 SIZES = (1.0, 4.0, 16.0, 64.0)
 """1σ tried, in multiples of what lifts a channel by one noise unit."""
-KNOTS = 900.0
-"""s: distance of the knots of the unknown heat."""
+KNOTS, FEWEST = 900.0, 8
+"""s: distance of the knots of the unknown heat, and how many times it goes into the longest run at least: in one that
+lasts minutes heat changes within seconds."""
 FINE, FINEST = 120.0, 180
 """s: the same of the course that is told of one place, so that steps show, and how many of a run at most."""
 FLATTER = 0.15
@@ -57,8 +59,9 @@ class _Place:
 def locate(fit: Linearised, machine: Machine, scale: float | None = None) -> tuple[UnknownHeat, ...]:
     """All places, the most probable first; scale: χ² that is left beside the heat, by default what is left without
     it."""
-    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
-    found = [_explain_place(fit, place, knots, scale) for place in _list_places(fit, machine, knots)]
+    knots, scale = _lay_knots(fit), max(1.0, float(np.mean(fit.left**2))) if scale is None else scale
+    lifts = float(np.sqrt(scale))
+    found = [_explain_place(fit, place, knots, scale, lifts) for place in _list_places(fit, machine, knots)]
     gains = np.array([u.gain for u in found])
     share = np.exp(FLATTER * (gains - gains.max()))
     share /= share.sum()
@@ -82,7 +85,7 @@ def list_likely_parts(located: Sequence[UnknownHeat]) -> dict[str, float]:
 def trace(fit: Linearised, of: UnknownHeat, scale: float) -> UnknownHeat:
     """One unknown heat with a course that is fine enough to show steps, its rms and σ those of that course; scale: χ²
     that is left beside it."""
-    knots = [heat_knots(d, FINE, FINEST) for d in fit.problem.data]
+    knots = _lay_knots(fit, FINE, FINEST)
     fine = _explain_place(fit, _place(fit, of.at, knots), knots, scale)
     files = tuple(d.recording.file for d in fit.problem.data)
     return replace(of, rms=fine.rms, t=fine.t, heat=fine.heat, std=fine.std, files=files)
@@ -161,7 +164,7 @@ def _at_cells(data: Measured, prediction: Prediction, t: Array) -> Array:
 
 def explain_unknown(fit: Linearised, of: UnknownHeat) -> UnknownHeat:
     """The heat at a place anew, where nothing but noise is left beside it."""
-    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
+    knots = _lay_knots(fit)
     return _explain_place(fit, _place(fit, of.at, knots), knots, 1.0)
 
 
@@ -174,7 +177,7 @@ def rows_of(fit: Linearised, of: UnknownHeat) -> Array:
 def predict_unknown(fit: Linearised, of: UnknownHeat, precision: Array, left: Array) -> float:
     """By how much an unknown heat of a σ and ℓ that were learned elsewhere raises the log probability of runs that were
     not seen (nats). precision: of numbers and constants, left: at the most probable ones."""
-    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
+    knots = _lay_knots(fit)
     rows = block_diag(*_place(fit, of.at, knots).answers)
     along = rows @ fit.slopes.T
     H = rows @ rows.T - along @ np.linalg.solve(precision, along.T)
@@ -182,17 +185,29 @@ def predict_unknown(fit: Linearised, of: UnknownHeat, precision: Array, left: Ar
     return gain_of(roots.transposed(roots.transposed(H).T), roots.transposed(rows @ left), of.size)[0]
 
 
-def _explain_place(fit: Linearised, place: _Place, knots: list[Array], scale: float | None = None) -> UnknownHeat:
-    """The unknown heat of one place at its best size and correlation time; scale: χ² that is left beside it, by
-    default what is left without it."""
+def _explain_place(
+    fit: Linearised, place: _Place, knots: list[Array], scale: float, lifts: float = 1.0
+) -> UnknownHeat:  # fmt: skip
+    """The unknown heat of one place at its best size and correlation time; scale: χ² that is left beside it; lifts: as
+    how much noise it has to be large to show."""
     H, g = fit.weigh_runs(place.answers)
-    scale = max(1.0, float(np.mean(fit.left**2))) if scale is None else scale
-    best = explain_best(H / scale, g / scale, knots, list_sizes(H))
+    best = explain_best(H / scale, g / scale, knots, list_sizes(H / lifts**2), _pace_of(fit))
     f, std = best.course, best.std
     cuts = np.cumsum([len(t) for t in knots])[:-1]
     rms = float(np.sqrt(np.mean(f**2)))
     heat, spread = tuple(np.split(f, cuts)), tuple(np.split(std, cuts))
     return UnknownHeat(place.at, 0.0, rms, best.gain, tuple(knots), heat, spread, size=best.size, ell=best.ell)
+
+
+def _lay_knots(fit: Linearised, step: float = KNOTS, most: int = MOST_KNOTS) -> list[Array]:
+    """Of every run."""
+    return [heat_knots(d, step / _pace_of(fit), most) for d in fit.problem.data]
+
+
+def _pace_of(fit: Linearised) -> float:
+    """How many times as close as usual they stand."""
+    longest = max(float(np.ptp(d.run.knots.t)) for d in fit.problem.data)
+    return max(1.0, FEWEST * KNOTS / longest)
 
 
 def list_sizes(H: Array) -> list[float]:
