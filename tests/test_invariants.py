@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from network.analysis.diagnosis.findings.invariants import (
     doubt_unseen,
     find_worse_runs,
     is_one_thing,
+    is_worse,
     list_doubts,
     list_strains,
 )
@@ -57,6 +59,24 @@ def test_a_run_is_worse_where_that_is_more_than_the_scatter_of_its_blocks() -> N
     short = slice(0, len(recorded(plant(), LADDERS[0], 0).t) // 12)
     assert find_worse_runs(told(1.0), told(1.5, short)) == []
     assert find_worse_runs(None, told(1.0)) == []
+
+
+@pytest.mark.parametrize(("channels", "runs"), [(1, 1), (8, 1), (8, 10)])
+def test_runs_told_as_well_are_called_worse_as_seldom_as_is_said(channels: int, runs: int) -> None:
+    """Whatever is left moves all channels alike, and there may be many runs: two errors, once in 44."""
+    rng, said, times = np.random.default_rng(3), 0, 400
+    for _ in range(times):
+        pairs = [(_tell_left(rng, channels), _tell_left(rng, channels)) for _ in range(runs)]
+        said += any(is_worse(before, after, runs) for before, after in pairs)
+    assert 0.001 * times < said < 0.05 * times
+
+
+def _tell_left(rng: np.random.Generator, channels: int) -> Any:
+    """What a heat that comes and goes leaves of them in turn, and noise."""
+    common = np.repeat(rng.normal(0, 2.0, 48), 10)
+    each = {f"T{i}": SimpleNamespace(in_noise=common + rng.standard_normal(480)) for i in range(channels)}
+    rms = float(np.sqrt(np.mean([np.mean(c.in_noise**2) for c in each.values()])))
+    return SimpleNamespace(channels=each, rmse_in_noise=rms)
 
 
 @pytest.mark.parametrize(("seen", "unseen", "told_so"), [(1.0, 1.3, False), (1.0, 2.0, True), (2.0, 2.6, False)])

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from network.analysis.calibration.multistart import AT_BOUND, at_bound
 from network.analysis.comparison.compare import Comparison, RecordingResidual
@@ -31,20 +33,23 @@ def find_worse_runs(before: Comparison | None, after: Comparison | None) -> list
     """Runs that are told worse after than before, by more than the scatter of the difference between blocks."""
     if before is None or after is None:
         return []
-    pairs = zip(before.recordings, after.recordings, strict=True)
-    return [a.recording.name for b, a in pairs if is_worse(b, a)]
+    pairs = [*zip(before.recordings, after.recordings, strict=True)]
+    return [a.recording.name for b, a in pairs if is_worse(b, a, len(pairs))]
 
 
-def is_worse(before: RecordingResidual, after: RecordingResidual) -> bool:
-    """The mean of the paired differences of squares over blocks against its standard error, which is that of their
-    bootstrap."""
-    if not after.rmse_in_noise > SETTINGS.worse * before.rmse_in_noise:
-        return False
+def is_worse(before: RecordingResidual, after: RecordingResidual, runs: int = 1) -> bool:
+    """The mean of the paired differences of squares over blocks of time against its standard error, which is that of
+    their bootstrap: all channels of a block are one value, for what is left moves them together. As improbable by
+    chance in any of so many runs as in one alone (Student's t; Bonferroni)."""
     names = [n for n in before.channels if n in after.channels]
-    each = [after.channels[n].in_noise ** 2 - before.channels[n].in_noise ** 2 for n in names]
-    blocks = [np.nanmean(b) for d in each for b in np.array_split(d, BLOCKS) if np.isfinite(b).any()]
-    error = float(np.std(blocks, ddof=1) / np.sqrt(len(blocks))) if len(blocks) > 1 else np.inf
-    return bool(np.mean(blocks) > SETTINGS.paired * error)
+    if not names or not after.rmse_in_noise > SETTINGS.worse * before.rmse_in_noise:
+        return False
+    each = np.stack([after.channels[n].in_noise ** 2 - before.channels[n].in_noise ** 2 for n in names])
+    blocks = [np.nanmean(b) for b in np.array_split(each, BLOCKS, axis=1) if np.isfinite(b).any()]
+    if len(blocks) < 2:
+        return False
+    most = float(student.isf(norm.sf(SETTINGS.paired) / runs, len(blocks) - 1))
+    return bool(np.mean(blocks) > most * np.std(blocks, ddof=1) / np.sqrt(len(blocks)))
 
 
 def list_refutations(selection: Selection, fits: Fits) -> list[str]:
