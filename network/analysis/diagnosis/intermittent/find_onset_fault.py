@@ -3,7 +3,7 @@
 A reading that jumps where no input does and no other channel does has failed, whatever else is missing: it counts where
 hardly anything of that channel's own excess in that run is left. A drift, or a jump that noise covers, could be heat,
 too: it counts where hardly anything is left at all, and neither the catalogue nor unknown heat anywhere explains as
-much, and its beginning is told. What should be seen to jump and does not is none.
+much, its beginning is told, and no input steps there. What should be seen to jump and does not is none.
 
 Coarse lumps leave much, and lumps are not refined as far as they should be where a reading is wrong: what takes most of
 that away is looked at again beside finer ones, where it has to hold (search).
@@ -29,6 +29,7 @@ from network.analysis.diagnosis.intermittent.onset_jump import (
     ResidualSteps,
     begin_with_jump,
     list_lone_jumps,
+    may_be_driven,
     watch_jump,
 )
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
@@ -54,7 +55,8 @@ def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[On
     scan, steps = OnsetScan(h.linearised, tuple(list_shapes(h)), recordings), ResidualSteps(h, recordings)
     faults = _list_faults(scan, steps)
     clear = [f for f in faults if f.is_clear]
-    other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]
+    open_to = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)]
+    other = [f for f in open_to[:1] if not may_be_driven(steps, f.onset)]
     groups = (_at_first_jumps(clear), (f for f in other if _beats_unknown(h, f) and rival_gain() < f.gain))
     open_one = None
     for pair in (_confirm_best(h, group) for group in groups):

@@ -8,7 +8,7 @@ scipy.optimize.nnls; unverified.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +16,12 @@ from scipy.optimize import nnls
 from scipy.stats import binom
 from scipy.stats import t as student
 
-from network.analysis.diagnosis.intermittent.change_points import Steps
+from network.analysis.diagnosis.intermittent.change_points import Steps, find_steps
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array, Mask
 from network.engine.response.knots import list_jumps
 from network.engine.response.measured_run import Run
+from network.recordings.inputs import Signal
 
 MANY = 4
 """Steps elsewhere that say something of one: what is left at fewer says nothing of how far off it may be."""
@@ -47,15 +48,28 @@ def list_input_steps(runs: Iterable[Run]) -> list[InputStep]:
 
 
 def _steps_of(run: Run) -> dict[float, dict[str, tuple[float, float]]]:
-    """Of inputs, and of relays whose modes are read; what is averaged between knots steps where the run has a jump."""
+    """Of inputs, and of relays whose modes are read; what is averaged between knots steps where the run has a jump, and
+    what runs straight between samples, like a measured power, where it stands out from how else it changes."""
     steps: dict[float, dict[str, tuple[float, float]]] = {}
     jumps, knots = {*run.knots.jumps.tolist()}, run.knots.t[:-1]
     for name, signal in run.schedule.signals.items():
         is_averaged = np.array_equal(signal.t, knots)
-        for t, before, after in zip(*(x.tolist() for x in list_jumps(signal)), strict=True):
-            if t in jumps or not is_averaged:
+        held = [*zip(*(x.tolist() for x in list_jumps(signal)), strict=True)]
+        for t, before, after in held or _list_straight_steps(signal):
+            if t in jumps or not (held and is_averaged):
                 steps.setdefault(t, {})[name] = (abs(after - before), abs(after**2 - before**2))
     return steps
+
+
+def _list_straight_steps(signal: Signal) -> Iterator[tuple[float, float, float]]:
+    """When a signal without jumps steps [s], by as much as it varies at all, from where and to where."""
+    seen = find_steps(signal.t, signal.start, np.ones(len(signal.t)))
+    if seen is None:
+        return
+    for at in seen.clear:
+        before, after = np.interp([at - seen.reach, at + seen.reach], signal.t, signal.start).tolist()
+        if abs(after - before) > np.std(signal.start):
+            yield at, before, after
 
 
 def list_driven(moved: Sequence[InputStep], runs: Sequence[Steps | None]) -> list[tuple[float, ...]]:

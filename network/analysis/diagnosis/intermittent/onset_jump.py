@@ -88,6 +88,13 @@ def watch_jump(steps: ResidualSteps, o: Onset) -> Jump:
     return Jump(True, True, is_alone, at, *_size_by_readings(steps, o, own, k))
 
 
+def may_be_driven(steps: ResidualSteps, o: Onset) -> bool:
+    """Whether an input steps as it begins that may make the channel jump: what is read then is as well what the input
+    does to it, in a way that the file lacks."""
+    own = steps.of(o.run, o.shape.channel)
+    return own is not None and o.shape.may_jump and _is_driven(steps, o.run, o.shape.channel, o.t0, own.reach)
+
+
 def begin_with_jump(steps: ResidualSteps, o: Onset, at: float) -> Onset:
     """An onset at a clear jump, of the size that the jump alone tells."""
     own = steps.of(o.run, o.shape.channel)
