@@ -14,7 +14,7 @@ from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.findings.result import Diagnosis
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
-from network.analysis.diagnosis.intermittent.change_points import COST, find_loose_contact, find_steps
+from network.analysis.diagnosis.intermittent.change_points import COST, digit_of, find_loose_contact, find_steps
 from network.analysis.diagnosis.intermittent.input_steps import InputStep, list_driven
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
 from network.recordings.inputs import constant
@@ -162,6 +162,18 @@ def test_a_run_that_tells_no_jumps_hides_a_loose_contact_in_no_other() -> None:
     told = find_intermittent_fault(fit_hypothesis(case, case.machine))
     assert told is not None and told[0].loose.share == pytest.approx(SHARE, abs=0.02)
     assert [len(w) for w in told[0].windows] == [0, 2, 3, 0] and told[1].chi < 1.2
+
+
+def test_a_step_of_one_digit_is_no_jump() -> None:
+    """A slow rise that is read in tenths with less noise than that goes up in steps, which nothing else scatters; what
+    jumps by several digits among them shows."""
+    t = np.arange(0.0, 28800.0, 10.0)
+    rise = 22 + 0.4 * np.sin(t / 9000) + 0.9 * (t > 20000) + 0.01 * np.random.default_rng(2).standard_normal(len(t))
+    read = np.round(rise, 1)
+    smooth = 22 + 0.4 * np.sin(t / 9000)
+    bare, told = (find_steps(t, read - smooth, np.ones(len(t)), digit) for digit in (0.0, digit_of(read)))
+    assert digit_of(read) == pytest.approx(0.1) and bare is not None and told is not None
+    assert len(bare.clear) > 3 and len(told.clear) == 1 and abs(told.clear[0] - 20000) < 120
 
 
 def test_too_short_a_run_and_too_few_jumps_tell_nothing() -> None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from build import machine
 from test_diagnosis import CONCEALED, HELD_OUT, LADDERS, plant, recorded
 from test_small_decisions import bare
 
@@ -19,12 +20,15 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.intermittent import onset_jump
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
-from network.analysis.diagnosis.intermittent.input_steps import InputStep, exceeds_inputs
+from network.analysis.diagnosis.intermittent.input_steps import InputStep, exceeds_inputs, list_input_steps
 from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.readings_set_right import set_right
 from network.analysis.diagnosis.screening.screen import screen
 from network.catalogue.declaration.declare import Array
+from network.engine.simulation import simulate
+from network.recordings.columns import Column
+from network.recordings.inputs import Schedule, Start, constant, hold
 from network.recordings.recording import Recording
 from network.report.words.finding_words import windows_words
 
@@ -227,3 +231,39 @@ def test_heat_in_one_run_is_no_fault_of_a_sensor() -> None:
 def test_missing_physics_is_no_fault_from_an_instant_on(name: str) -> None:
     truth = plant(**CONCEALED[name])
     assert find_beside_catalogue([recorded(truth, x, i) for i, x in enumerate(LADDERS)]) is None
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.5])
+def test_what_a_measured_power_does_to_a_thermometer_beside_its_heater_is_no_fault(noise: float) -> None:
+    """The file lacks that the heater warms the spot where T_block sits 4 K above the block within a minute."""
+    nodes = {
+        "block": {"heat_capacity": "20 kJ/K"},
+        "base": {"heat_capacity": "60 kJ/K"},
+        "air": {"temperature": "ambient"},
+    }
+    links = {
+        "joint": {"kind": "conduction", "between": ["block", "base"], "conductance": "20 W/K ± 30 %"},
+        "skin": {"kind": "convection", "between": ["block", "air"], "conductance": "3 W/K ± 30 %"},
+        "base skin": {"kind": "convection", "between": ["base", "air"], "conductance": "8 W/K ± 30 %"},
+    }
+    heat = {"kind": "heat_source", "into": {"block": 1}, "power": "120 W", "with": "power", "at": "120 W"}
+    sensors = {name: {"measures": name[2:], "noise": "0.05 K"} for name in ("T_block", "T_base")}
+    plain = machine(nodes, links=links, sources={"heater": heat}, sensors=sensors)
+    spot = {"kind": "conduction", "between": ["spot", "block"], "conductance": "30 W/K"}
+    truth = machine(
+        {**nodes, "spot": {"heat_capacity": "0.6 kJ/K"}}, links={**links, "near": spot},
+        sources={"heater": {**heat, "into": {"spot": 1}}},
+        sensors={**sensors, "T_block": {"measures": "spot", "noise": "0.05 K"}},
+    )  # fmt: skip
+    t = np.arange(0.0, 6 * 3600.0 + 1, 10.0)
+    inputs = [hold("power", "W", np.array([0.0, 3600.0]), np.array([0.0, 120.0])), constant("ambient", "degC", 20.0)]
+    schedule = Schedule("made", "made", t, {s.name: s for s in inputs}, Start(others=20.0))
+    run = simulate(truth, schedule, noise_seed=1)
+    columns = {n: Column(n, "degC", v) for n, v in run.sensors.items()}
+    columns |= {n: Column(n, schedule.signals[n].unit, v) for n, v in run.inputs.items()}
+    read = columns["power"].values + noise * np.random.default_rng(1).standard_normal(len(t))
+    case = Case(plain, (Recording("run", "run.csv", t, {**columns, "power": Column("power", "W", read)}),))
+    h = fit_hypothesis(case, plain)
+    steps = list_input_steps(p.run for p in h.predictions)
+    assert [list(s.moved) for s in steps] == [["power"]] and steps[0].t == pytest.approx(3600, abs=120)
+    assert h.chi > 20 and set_right(h, 1)[0] is None

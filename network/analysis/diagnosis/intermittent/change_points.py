@@ -15,7 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from network.catalogue.declaration.declare import Array, Mask
-from network.recordings.hygiene.data_quality import NORMAL
+from network.recordings.hygiene.data_quality import NORMAL, quantum_of
 
 BIN = 60.0
 """s."""
@@ -116,10 +116,11 @@ class Steps:
         return tuple(reversed(windows))
 
 
-def find_steps(t: Array, residual: Array, change: Array) -> Steps | None:
+def find_steps(t: Array, residual: Array, change: Array, digit: float = 0.0) -> Steps | None:
     """Steps of a residual with gaps (NaN), a slow drift taken out; change: what full strength would add to the reading
     if it were true, of the two sides of a step the one where that is more: a reading that fails is nearer to what it
-    fails to. None for runs that are too short."""
+    fails to; digit: by which readings go at least, so that no step of one is a jump. None for runs that are too
+    short."""
     middles, r = _average_bins(t, residual)
     width = 2 * SIDE + 1
     if len(r) < width + 2 * AROUND:
@@ -130,7 +131,12 @@ def find_steps(t: Array, residual: Array, change: Array) -> Steps | None:
     scatter = float(np.median(np.abs(step - drift))) / NORMAL
     at = middles[SIDE:-SIDE]
     _, full = _average_bins(t, np.where(np.isfinite(residual), change, np.nan))
-    return Steps(at, step - drift, _list_farther(full), max(scatter, 1e-12), float(t[-1]))
+    return Steps(at, step - drift, _list_farther(full), max(scatter, digit / CLEAR, 1e-12), float(t[-1]))
+
+
+def digit_of(values: Array) -> float:
+    """By which readings with gaps go at least; 0 where they do not show it."""
+    return quantum_of(values[np.isfinite(values)])
 
 
 def _list_farther(bins: Array) -> Array:

@@ -63,7 +63,7 @@ def _steps_of(run: Run) -> dict[float, dict[str, tuple[float, float]]]:
 
 def _list_straight_steps(signal: Signal) -> Iterator[tuple[float, float, float]]:
     """When a signal without jumps steps [s], by as much as it varies at all, from where and to where."""
-    seen = find_steps(signal.t, signal.start, np.ones(len(signal.t)))
+    seen = find_steps(signal.t, signal.start, np.ones(len(signal.t))) if len(signal.t) > 1 else None
     if seen is None:
         return
     for at in seen.clear:

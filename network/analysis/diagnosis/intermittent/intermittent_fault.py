@@ -21,6 +21,7 @@ from network.analysis.diagnosis.intermittent.change_points import (
     LooseContact,
     Steps,
     Windows,
+    digit_of,
     find_loose_contact,
     find_steps,
 )
@@ -108,9 +109,9 @@ class IntermittentFault(ChannelFault):
     def list_corrections(self, residual: RecordingResidual, numbers: Numbers) -> list[Recording]:
         """Where its residual jumps by the same share."""
         recording, channel = residual.recording, residual.channels[self.channel]
-        full = effect_of(at_share(self.candidate, 1.0), self.candidate)
-        change = change_of(full, recording, recording.columns[self.channel].values)
-        steps = find_steps(recording.t, channel.residual, change)
+        full, values = effect_of(at_share(self.candidate, 1.0), self.candidate), recording.columns[self.channel].values
+        change = change_of(full, recording, values)
+        steps = find_steps(recording.t, channel.residual, change, digit_of(values))
         return [recording if steps is None else self.correct_windows(recording, steps.windows(self.loose.share))]
 
 
@@ -179,12 +180,13 @@ def _holds(e: IntermittentFault, before: Hypothesis, after: Hypothesis, gain: fl
 @dataclass(frozen=True, eq=False)
 class _Residual:
     """Of a channel in a run, at its samples: what a fit leaves, and what full strength would change of what it says
-    (change) and of what was read, if that were true (of_read)."""
+    (change) and of what was read, if that were true (of_read); digit: by which it is read."""
 
     t: Array
     residual: Array
     change: Array
     of_read: Array
+    digit: float
 
 
 def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[_Residual | None]:
@@ -193,7 +195,8 @@ def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]
 
     def residual(p: Prediction, r: Recording) -> _Residual:
         values, truth = r.columns[name].values, truth_at_samples(p, r, name)
-        return _Residual(r.t, values - truth, change_of(full, r, truth), change_of(full, r, values))
+        changes = (change_of(full, r, truth), change_of(full, r, values))
+        return _Residual(r.t, values - truth, *changes, digit_of(values))
 
     runs = zip(h.predictions, recordings, strict=True)
     return [residual(p, r) if name in p.run.channels else None for p, r in runs]
@@ -202,6 +205,6 @@ def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]
 def _list_steps(h: Hypothesis, c: Candidate, residuals: Sequence[_Residual | None]) -> list[Steps | None]:
     """The steps of these, in shares of what is read: what a fit says is bent by a reading that fails. None of runs that
     are too short."""
-    seen = [None if of is None else find_steps(of.t, of.residual, of.of_read) for of in residuals]
+    seen = [None if of is None else find_steps(of.t, of.residual, of.of_read, of.digit) for of in residuals]
     driven = list_driven(list_input_steps(p.run for p in h.predictions), seen)
     return [steps and replace(steps, driven=times) for steps, times in zip(seen, driven, strict=True)]

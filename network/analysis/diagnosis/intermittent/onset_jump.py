@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.intermittent.change_points import CLEAR, SIDE, Steps, find_steps
+from network.analysis.diagnosis.intermittent.change_points import CLEAR, SIDE, Steps, digit_of, find_steps
 from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
 from network.analysis.diagnosis.intermittent.input_steps import MANY, InputStep, exceeds_inputs, list_input_steps
 from network.analysis.diagnosis.intermittent.onset_scan import Onset
@@ -55,8 +55,8 @@ class ResidualSteps:
         key = (run, channel)
         if key not in self.known:
             recording, truth = self.recordings[run], self.truth(run, channel)
-            residual = recording.columns[channel].values - truth
-            self.known[key] = find_steps(recording.t, residual, np.ones_like(truth))
+            values = recording.columns[channel].values
+            self.known[key] = find_steps(recording.t, values - truth, np.ones_like(truth), digit_of(values))
         return self.known[key]
 
     def of_fault(self, o: Onset) -> Steps | None:
