@@ -91,6 +91,34 @@ def test_a_good_contact_is_not_accused() -> None:
     assert found(False).verdict in ("adequate", "parameters_only") and not found(False).findings
 
 
+@pytest.mark.parametrize("is_shared", [False, True])
+def test_one_time_that_it_was_loose_is_found_where_no_other_channel_jumps_then(is_shared: bool) -> None:
+    runs = [recorded(plant(), ladder, i) for i, ladder in enumerate(LADDERS)]
+    once = loosened(runs[0], WINDOWS[0][:1])
+    if is_shared:
+        inside = (once.t / 60 >= 52) & (once.t / 60 < 70)
+        other = once.columns["T_column"]
+        columns = {**once.columns, "T_column": replace(other, values=other.values + 1.5 * inside)}
+        once = replace(once, columns=columns)
+    case = Case(plant(), (once, runs[1]))
+    told = find_intermittent_fault(fit_hypothesis(case, case.machine))
+    assert (told is None) == is_shared
+    if told is not None:
+        assert told[0].channel == "T_housing" and told[0].loose.share == pytest.approx(SHARE, abs=0.02)
+        assert [len(w) for w in told[0].windows] == [1, 0] and told[1].chi < 1.2
+
+
+def test_a_pulse_of_heat_beside_a_thermometer_is_no_loose_contact_before_and_after_it() -> None:
+    """Away from the air and back is what heat does; towards it and back a contact."""
+    runs = [recorded(plant(), ladder, i) for i, ladder in enumerate(LADDERS)]
+    column, t = runs[0].columns["T_housing"], runs[0].t / 60
+    read = column.values + 3.0 * ((t >= 52) & (t < 70))
+    case = Case(
+        plant(), (replace(runs[0], columns={**runs[0].columns, "T_housing": replace(column, values=read)}), runs[1])
+    )
+    assert find_intermittent_fault(fit_hypothesis(case, case.machine)) is None
+
+
 def test_a_drift_makes_no_jump_and_a_step_makes_one() -> None:
     t, rng = np.arange(0, 7200.0, 10), np.random.default_rng(1)
     drift = 2 * np.sin(t / 2000) + 0.05 * rng.standard_normal(len(t))

@@ -25,8 +25,8 @@ CLEAR = 8.0
 """Robust deviations of such steps from which one is a jump."""
 ALIKE, MOST_OTHERS = 0.25, 0.35
 """How far jumps may differ in their share, and the part of all jumps that may be others."""
-FEWEST = 4
-"""Jumps, of all runs together."""
+FEWEST, PAIR = 4, 2
+"""Jumps, of all runs together; of those that no other channel shares, there and back once."""
 SHARES = (0.02, 0.95)
 """Least and largest share that is told."""
 
@@ -155,16 +155,16 @@ def _average_bins(t: Array, values: Array) -> tuple[Array, Array]:
     return middles[known], np.array([np.median(some) for some in np.split(values[good], first[1:]) if len(some)])
 
 
-def find_loose_contact(runs: Sequence[Steps | None]) -> LooseContact | None:
+def find_loose_contact(runs: Sequence[Steps | None], fewest: int = FEWEST) -> LooseContact | None:
     """What the jumps of one channel in all runs have in common; None where that is nothing. Runs that are too short to
     tell, or do not read it, have no windows."""
     shares = np.abs(np.concatenate([np.empty(0), *(steps.shares for steps in runs if steps is not None)]))
-    if len(shares) < FEWEST:
+    if len(shares) < fewest:
         return None
     near = np.abs(shares[:, None] - shares) < ALIKE * shares[:, None]
     alike = shares[near[near.sum(axis=1).argmax()]]
     share = float(np.median(alike))
-    if len(alike) < FEWEST or len(shares) - len(alike) > MOST_OTHERS * len(shares):
+    if len(alike) < fewest or len(shares) - len(alike) > MOST_OTHERS * len(shares):
         return None
     windows = tuple(() if steps is None else steps.windows(share) for steps in runs)
     if not SHARES[0] < share < SHARES[1] or not any(windows):

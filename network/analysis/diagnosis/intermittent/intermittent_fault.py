@@ -17,6 +17,7 @@ from network.analysis.diagnosis.candidates.candidates import candidates, kinds
 from network.analysis.diagnosis.findings.finding import Quantity
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import (
+    PAIR,
     SHARES,
     LooseContact,
     Steps,
@@ -42,6 +43,7 @@ from network.analysis.diagnosis.intermittent.channel_samples import (
     truth_at_samples,
 )
 from network.analysis.diagnosis.intermittent.input_steps import list_driven, list_input_steps
+from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps, is_shared
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect
 from network.engine.response.model import Prediction
@@ -140,10 +142,30 @@ def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
     """Faults that jumps of the residuals show."""
     come_and_go = [kind for kind in kinds() if issubclass(kind, SensorEffect) and kind.comes_and_goes]
     recordings = list_as_fitted(h.case.recordings, h)
+    jumps = ResidualSteps(h, recordings)
     for c in candidates(h.machine, h.case.drivers, among=come_and_go):
-        loose = find_loose_contact(_list_steps(h, c, _list_residuals(h, c, recordings)))
+        seen = _list_steps(h, c, _list_residuals(h, c, recordings))
+        loose = find_loose_contact(seen) or _find_episode(seen, c.channels[0], jumps)
         if loose is not None:
             yield IntermittentFault(h.case.recordings, 0.0, c, loose, {r.file: r.constants for r in recordings})
+
+
+def _find_episode(seen: Sequence[Steps | None], channel: str, jumps: ResidualSteps) -> LooseContact | None:
+    """A contact that is loose for few times that begin and end in a run, as no other channel tells."""
+    told = find_loose_contact(_leave_lone(seen, channel, jumps), PAIR)
+    spans = [
+        (of, window) for of, windows in zip(seen, told.windows if told else (), strict=False) for window in windows
+    ]
+    return told if all(of is not None and begin > 0 and end < of.end for of, (begin, end) in spans) else None
+
+
+def _leave_lone(seen: Sequence[Steps | None], channel: str, jumps: ResidualSteps) -> list[Steps | None]:
+    """Steps without the jumps that another channel shares."""
+    return [
+        of
+        and replace(of, driven=(*of.driven, *(at for at in of.clear if is_shared(jumps, run, channel, at, of.reach))))
+        for run, of in enumerate(seen)
+    ]
 
 
 def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> IntermittentFault:

@@ -84,7 +84,7 @@ def watch_jump(steps: ResidualSteps, o: Onset) -> Jump:
         return Jump(bool(is_due.any()))
     k = int(np.where(is_seen, np.abs(own.size), 0.0).argmax())
     run, name, at = o.run, o.shape.channel, float(own.t[k])
-    is_alone = not (_is_driven(steps, run, name, at, reach) or _is_shared(steps, run, name, at, reach))
+    is_alone = not (_is_driven(steps, run, name, at, reach) or is_shared(steps, run, name, at, reach))
     return Jump(True, True, is_alone, at, *_size_by_readings(steps, o, own, k))
 
 
@@ -125,7 +125,7 @@ def list_lone_jumps(steps: ResidualSteps) -> Iterator[tuple[int, str, float, flo
                 continue
             reach = own.reach
             for at in own.clear:
-                if not (_is_driven(steps, run, name, at, reach) or _is_shared(steps, run, name, at, reach)):
+                if not (_is_driven(steps, run, name, at, reach) or is_shared(steps, run, name, at, reach)):
                     yield run, name, at, reach
                     break
 
@@ -148,7 +148,7 @@ def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: f
     return is_due and not exceeds_inputs(step, _size_near(own, at, reach), others, jumps)
 
 
-def _is_shared(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
+def is_shared(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
     """Whether another channel jumps at that time."""
     names = [name for name in steps.h.predictions[run].run.channels if name != channel]
     return any(_jumps_near(s, at, reach) for name in names if (s := steps.of(run, name)) is not None)
