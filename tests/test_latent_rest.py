@@ -26,7 +26,7 @@ from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps import unseen_runs
 from network.analysis.diagnosis.steps.backward_elimination import is_imitation
-from network.analysis.diagnosis.steps.foretold_runs import ForetoldEnd, ForetoldRuns
+from network.analysis.diagnosis.steps.foretold_runs import ForetoldRuns
 from network.analysis.diagnosis.steps.unseen_runs import tell_unseen, unseen_misfit
 
 PUMP = {"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "60 W"}}
@@ -165,23 +165,6 @@ def test_runs_told_by_others_are_as_probable_as_gaussians_have_them(
     strain = float(np.sum(((eta + step[2:]) / spread) ** 2))
     beyond_chance = max(strain - 2, 0.0) - strain
     assert told.density == pytest.approx(densities[1] - constant - beyond_chance / 2, rel=1e-4)
-
-
-def test_the_end_of_a_run_is_as_probable_as_its_beginning_has_it() -> None:
-    """ln N of all readings less that of the early ones, at any point about which they are linear."""
-    draw = np.random.default_rng(7)
-    slopes, spread, mean = draw.standard_normal((4, 12)), np.array([0.5, 2.0, 1.0, 3.0]), draw.standard_normal(4)
-    late, at = np.arange(12) >= 7, draw.standard_normal(4)
-    read = 5 * draw.standard_normal(12)
-    seen: Any = SimpleNamespace(
-        slopes=slopes, left=read - at @ slopes, theta=at[:2], eta=at[2:], problem=SimpleNamespace(prior=(mean, spread))
-    )
-    told = ForetoldEnd(seen, late)
-    covariance, middle = np.eye(12) + slopes.T @ np.diag(spread**2) @ slopes, mean @ slopes
-    whole = multivariate_normal(middle, covariance).logpdf(read)
-    begun = multivariate_normal(middle[~late], covariance[np.ix_(~late, ~late)]).logpdf(read[~late])
-    assert told.density == pytest.approx(whole - begun + late.sum() * np.log(2 * np.pi) / 2)
-    assert told.misfit < -2 * told.density
 
 
 def test_what_runs_left_out_say_counts_heat_of_any_course_where_it_helps() -> None:

@@ -1,4 +1,4 @@
-"""Runs told by numbers that others found, or the end of one by its beginning: known no better than these tell them.
+"""Runs told by numbers that others found, and known no better than these tell them.
 
 With θ ~ N(θ̂, Λ⁻¹) by the others, S = (S_θ, S_η) the whitened slopes of the runs by numbers and by their own constants,
 the log predictive density with numbers and constants integrated out, linearised, is but for a constant
@@ -6,8 +6,7 @@ the log predictive density with numbers and constants integrated out, linearised
     −½ (|r|² + strain of η + (θ − θ̂)ᵀ Λ (θ − θ̂) + ln |Λ + N| − ln |Λ|)
 
 at the θ and η that make it largest, r what is left there, N the precision of θ by these runs with their constants
-folded in. What two runs alone determine is told no surer than they do, and what shows nowhere else, like a pump that
-runs in one of them, by that run itself at the price of its prior. Source: Gelman et al., Bayesian Data Analysis,
+folded in. What two runs alone determine is told no surer than they do. Source: Gelman et al., Bayesian Data Analysis,
 3rd ed., 7.1; unverified.
 """
 
@@ -20,7 +19,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from network.analysis.calibration.linearised import Linearised
-from network.catalogue.declaration.declare import Array, Mask
+from network.catalogue.declaration.declare import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,17 +48,13 @@ class ForetoldRuns:
         return np.asarray(self.seen.left - self._step @ self.seen.slopes)
 
     @cached_property
-    def misfit(self) -> float:
-        """Σ of squares that are left there, with what constants are strained by beyond chance and numbers moved."""
-        free, (mean, spread) = self.seen.free, self.seen.problem.prior
-        moved, eta = self._step[:free], self.seen.eta + self._step[free:]
-        strained = float(np.sum(((eta - mean[free:]) / spread[free:]) ** 2)) - len(eta)
-        return float(self.left @ self.left) + max(strained, 0.0) + float(moved @ self.known @ moved)
-
-    @property
     def density(self) -> float:
         """Log predictive density of the runs [nats], but for a constant."""
-        return -(self.misfit + self._log_widened) / 2
+        free, (mean, spread) = self.seen.free, self.seen.problem.prior
+        moved, eta = self._step[:free], self.seen.eta + self._step[free:]
+        strained = float(np.sum(((eta - mean[free:]) / spread[free:]) ** 2)) - len(eta)  # beyond chance
+        misfit = float(self.left @ self.left) + max(strained, 0.0) + float(moved @ self.known @ moved)
+        return -(misfit + self._log_widened) / 2
 
     @property
     def _log_widened(self) -> float:
@@ -68,44 +63,3 @@ class ForetoldRuns:
         told = self.seen.reduced[0] - np.diag(self.seen.problem.prior[1][:free] ** -2.0)
         widths = [float(np.linalg.slogdet(each)[1]) for each in (self.known + told, self.known)]
         return widths[0] - widths[1]
-
-
-@dataclass(frozen=True, eq=False)
-class ForetoldEnd:
-    """seen: a run about the numbers that its beginning found; late: which of its readings follow that."""
-
-    seen: Linearised
-    late: Mask
-
-    @cached_property
-    def known(self) -> Array:
-        """Precision of numbers and constants by the beginning."""
-        early = self.seen.slopes[:, ~self.late]
-        return np.asarray(early @ early.T + np.diag(self.seen.problem.prior[1] ** -2.0))
-
-    @cached_property
-    def _solved(self) -> tuple[Array, Array]:
-        """Whitened residual of the end where the beginning puts both, and how far the end moves them."""
-        (mean, spread), slopes = self.seen.problem.prior, self.seen.slopes
-        here = np.concatenate([self.seen.theta, self.seen.eta])
-        pull = slopes[:, ~self.late] @ self.seen.left[~self.late] + (mean - here) / spread**2
-        left = self.seen.left[self.late] - np.linalg.solve(self.known, pull) @ slopes[:, self.late]
-        return left, np.asarray(np.linalg.solve(self.known + self._told, slopes[:, self.late] @ left))
-
-    @property
-    def _told(self) -> Array:
-        late = self.seen.slopes[:, self.late]
-        return np.asarray(late @ late.T)
-
-    @cached_property
-    def misfit(self) -> float:
-        """Σ of squares that are left where the density is largest, with what numbers and constants are moved."""
-        left, moved = self._solved
-        left = left - moved @ self.seen.slopes[:, self.late]
-        return float(left @ left) + float(moved @ self.known @ moved)
-
-    @property
-    def density(self) -> float:
-        """Log predictive density of the end [nats], but for a constant."""
-        widths = [float(np.linalg.slogdet(each)[1]) for each in (self.known + self._told, self.known)]
-        return -(self.misfit + widths[0] - widths[1]) / 2

@@ -1,9 +1,10 @@
 """Cross-validation: runs that are left out of a fit, told by it, alone and with latent heat beside it.
 
 Of runs r told by what the others found, ln p(r | others) is that of `foretold_runs` and what heat of any course adds to
-it, its place, σ and ℓ learned on the others: the joint log predictive density, but for a constant; of a single run its
-end, told by its beginning. Source: Vehtari, Gelman & Gabry, Statistics and
-Computing 27 (2017) 1413; unverified.
+it, its place, σ and ℓ learned on the others: the joint log predictive density, but for a constant. The misfit of runs,
+and the end of a single one, are told by the numbers as they stand; only those of findings move, as far as others leave
+them free: what shows nowhere else, like a pump that runs in one run, is told by where it shows. Source: Vehtari, Gelman &
+Gabry, Statistics and Computing 27 (2017) 1413; unverified.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.latent_heat.latent_rest import find_rest
 from network.analysis.diagnosis.latent_heat.locate import predict_unknown
-from network.analysis.diagnosis.steps.foretold_runs import ForetoldEnd, ForetoldRuns
+from network.analysis.diagnosis.steps.foretold_runs import ForetoldRuns
+from network.catalogue.declaration.declare import Array, Mask
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
@@ -33,8 +35,8 @@ single run tells the rest."""
 @dataclass(frozen=True)
 class Unseen:
     """What is left of readings that were told by others. misfit: Σ of squares in noise, with what the constants of
-    these runs are strained by and numbers moved, as far as others leave them free; rows: how many; density: their log
-    predictive density [nats]."""
+    these runs are strained by and numbers of findings moved; rows: how many; density: their log predictive density
+    [nats]."""
 
     misfit: float
     rows: int
@@ -93,7 +95,29 @@ def _tell_without(h: Hypothesis, with_rest: bool, left_out: Sequence[int]) -> Un
     others = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
     told = ForetoldRuns(_tell_by(others, h.case.of(left_out)), others.linearised.reduced[0])
     more = _add_rest(others, told) if with_rest else 0.0
-    return Unseen(told.misfit, len(told.left), told.density + more)
+    own, every = _list_own(h), np.ones(len(told.left), bool)
+    return Unseen(_misfit_of(told.seen, own, told.known[np.ix_(own, own)], every), len(every), told.density + more)
+
+
+def _list_own(h: Hypothesis) -> list[int]:
+    """Where the numbers of findings stand among all."""
+    paths = {p.path for p in h.own if not p.field.is_instant}
+    return [i for i, p in enumerate(h.fit.problem.parameters) if p.path in paths]
+
+
+def _misfit_of(seen: Linearised, own: Sequence[int], known: Array, counted: Mask) -> float:
+    """Of some rows of runs at the numbers of others, those of findings (own) moved with the constants of these runs as
+    far as others leave them free: |r − xᵀS|² + aᵀ Λ a and what constants are strained by, x of a and of constants;
+    known: Λ."""
+    free, (mean, spread) = seen.free, seen.problem.prior
+    S, n = seen.slopes[[*own, *range(free, len(seen.slopes))]], len(own)
+    precision = S @ S.T + np.diag(np.concatenate([np.zeros(n), spread[free:] ** -2.0]))
+    at = S[:n, counted]
+    precision[:n, :n] = known + at @ at.T
+    moved = np.linalg.solve(precision, np.concatenate([at @ seen.left[counted], np.zeros(len(S) - n)]))
+    left = (seen.left - moved @ S)[counted]
+    strain = np.sum(((seen.eta + moved[n:] - mean[free:]) / spread[free:]) ** 2) - len(seen.eta)
+    return float(left @ left + max(strain, 0.0) + moved[:n] @ known @ moved[:n])
 
 
 def _tell_by(h: Hypothesis, case: Case) -> Linearised:
@@ -114,5 +138,7 @@ def _tell_end(h: Hypothesis) -> Unseen:
     others = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
     seen = _tell_by(others, h.case)
     late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
-    told = ForetoldEnd(seen, late)
-    return Unseen(told.misfit, int(late.sum()), told.density)
+    own = _list_own(h)
+    early = seen.slopes[own][:, ~late]
+    misfit = _misfit_of(seen, own, early @ early.T + np.diag(seen.problem.prior[1][own] ** -2.0), late)
+    return Unseen(misfit, int(late.sum()), -misfit / 2)
