@@ -151,8 +151,8 @@ def test_runs_told_by_others_are_as_probable_as_gaussians_have_them(
         problem=SimpleNamespace(data=(None,), prior=(np.zeros(4), np.array([*held, *spread]))),
     )  # fmt: skip
     told = ForetoldRuns(seen, np.linalg.inv(root @ root.T))
-    monkeypatch.setattr(locate, "_lay_knots", lambda fit, at: [t])
-    monkeypatch.setattr(locate, "_place", lambda fit, at, knots: SimpleNamespace(answers=[answers], knots=knots))
+    monkeypatch.setattr(locate, "heat_knots", lambda data, step: t)
+    monkeypatch.setattr(locate, "_place", lambda fit, at, knots: SimpleNamespace(answers=[answers]))
     heat = UnknownHeat(Location(("a",)), 1.0, 1.0, 1.0, (t,), (t,), (t,), size=1.7, ell=900.0)
     K = 1.7**2 * np.exp(-np.abs(t[:, None] - t[None]) / 900.0)
     bare = np.eye(9) + own.T @ np.diag(spread**2) @ own

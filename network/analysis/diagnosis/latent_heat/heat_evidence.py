@@ -45,12 +45,10 @@ class ExplainedHeat:
         return np.asarray(self.size * np.sqrt(np.sum(inner**2, axis=0)))
 
 
-def explain_best(
-    H: Array, g: Array, knots: Sequence[Array], sizes: Sequence[float], pace: float = 1.0
-) -> ExplainedHeat:  # fmt: skip
-    """The best of all sizes and times; pace: by what times are divided."""
+def explain_best(H: Array, g: Array, knots: Sequence[Array], sizes: Sequence[float]) -> ExplainedHeat:
+    """The best of all sizes and times."""
     tried: list[ExplainedHeat] = []
-    for ell in (time / pace for time in TIMES):
+    for ell in TIMES:
         roots = roots_of(knots, ell)
         inner, toward = roots.transposed(roots.transposed(H).T), roots.transposed(g)
         tried += [ExplainedHeat(gain, size, ell, roots, toward, root)

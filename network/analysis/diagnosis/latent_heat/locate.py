@@ -19,7 +19,6 @@ from network.analysis.diagnosis.latent_heat.heat_evidence import explain_best, g
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.unknown_heat import (
-    MOST_KNOTS,
     heat_answers,
     heat_knots,
     part_spread,
@@ -32,9 +31,8 @@ from network.machine.machine import Machine
 
 SIZES = (1.0, 4.0, 16.0, 64.0)
 """1σ tried, in multiples of what lifts a channel by one noise unit."""
-KNOTS, FEWEST = 900.0, 8
-"""s: distance of the knots of the unknown heat, and how many times it goes into the longest run at least: in one that
-lasts minutes heat changes within seconds."""
+KNOTS = 900.0
+"""s: distance of the knots of the unknown heat."""
 FINE, FINEST = 120.0, 180
 """s: the same of the course that is told of one place, so that steps show, and how many of a run at most."""
 FLATTER = 0.15
@@ -53,15 +51,16 @@ class _Place:
     (knots, rows)."""
 
     at: Location
-    knots: list[Array]
     answers: Sequence[Array]
 
 
 def locate(fit: Linearised, machine: Machine, scale: float | None = None) -> tuple[UnknownHeat, ...]:
     """All places, the most probable first; scale: χ² that is left beside the heat, by default what is left without
     it."""
+    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
     scale = max(1.0, float(np.mean(fit.left**2))) if scale is None else scale
-    found = [_explain_place(fit, place, scale, float(np.sqrt(scale))) for place in _list_places(fit, machine)]
+    lifts = float(np.sqrt(scale))
+    found = [_explain_place(fit, place, knots, scale, lifts) for place in _list_places(fit, machine, knots)]
     gains = np.array([u.gain for u in found])
     share = np.exp(FLATTER * (gains - gains.max()))
     share /= share.sum()
@@ -85,19 +84,19 @@ def list_likely_parts(located: Sequence[UnknownHeat]) -> dict[str, float]:
 def trace(fit: Linearised, of: UnknownHeat, scale: float) -> UnknownHeat:
     """One unknown heat with a course that is fine enough to show steps, its rms and σ those of that course; scale: χ²
     that is left beside it."""
-    fine = _explain_place(fit, _place(fit, of.at, _lay_knots(fit, of.at, FINE, FINEST)), scale)
+    knots = [heat_knots(d, FINE, FINEST) for d in fit.problem.data]
+    fine = _explain_place(fit, _place(fit, of.at, knots), knots, scale)
     files = tuple(d.recording.file for d in fit.problem.data)
     return replace(of, rms=fine.rms, t=fine.t, heat=fine.heat, std=fine.std, files=files)
 
 
-def _list_places(fit: Linearised, machine: Machine) -> Iterator[_Place]:
+def _list_places(fit: Linearised, machine: Machine, knots: list[Array]) -> Iterator[_Place]:
     """What flows through a link is what one part gives and the other takes, where both are known by then."""
     parts: dict[str, Sequence[Array]] = {}
     for at in _list_locations(fit, machine):
-        knots = _lay_knots(fit, at)
         if at.kind == "link" and {*at.nodes} <= parts.keys():
             giver, taker = (parts[name] for name in at.nodes)
-            yield _Place(at, knots, [b - a for a, b in zip(giver, taker, strict=True)])
+            yield _Place(at, [b - a for a, b in zip(giver, taker, strict=True)])
             continue
         place = _place(fit, at, knots)
         if at.kind == "node" and (len(parts) + 1) * sum(rows.size for rows in place.answers) <= KEPT:
@@ -129,15 +128,15 @@ def _list_stated(fit: Linearised, machine: Machine) -> Iterator[str]:
 
 def _place(fit: Linearised, at: Location, knots: list[Array]) -> _Place:
     if at.kind == "channel":
-        return _Place(at, knots, _offsets(fit, knots, at.channel))
+        return _Place(at, _offsets(fit, knots, at.channel))
     if at.kind == "surroundings":
-        return _Place(at, knots, _answers(fit, knots, lambda p, t: temperature_answers(p, at.nodes[0], t)))
+        return _Place(at, _answers(fit, knots, lambda p, t: temperature_answers(p, at.nodes[0], t)))
     into, *out_of = reversed(at.nodes)
 
     def answer(p: Prediction, t: Array) -> Array:
         return heat_answers(p, sum((-part_spread(p, n) for n in out_of), part_spread(p, into)), t)
 
-    return _Place(at, knots, _answers(fit, knots, answer))
+    return _Place(at, _answers(fit, knots, answer))
 
 
 def _answers(fit: Linearised, knots: list[Array], answer: Callable[[Prediction, Array], Array]) -> list[Array]:
@@ -164,7 +163,8 @@ def _at_cells(data: Measured, prediction: Prediction, t: Array) -> Array:
 
 def explain_unknown(fit: Linearised, of: UnknownHeat) -> UnknownHeat:
     """The heat at a place anew, where nothing but noise is left beside it."""
-    return _explain_place(fit, _place(fit, of.at, _lay_knots(fit, of.at)), 1.0)
+    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
+    return _explain_place(fit, _place(fit, of.at, knots), knots, 1.0)
 
 
 def rows_of(fit: Linearised, of: UnknownHeat) -> Array:
@@ -176,7 +176,7 @@ def rows_of(fit: Linearised, of: UnknownHeat) -> Array:
 def predict_unknown(fit: Linearised, of: UnknownHeat, precision: Array, left: Array) -> float:
     """By how much an unknown heat of a σ and ℓ that were learned elsewhere raises the log probability of runs that were
     not seen (nats). precision: of numbers and constants, left: at the most probable ones."""
-    knots = _lay_knots(fit, of.at)
+    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
     rows = block_diag(*_place(fit, of.at, knots).answers)
     along = rows @ fit.slopes.T
     H = rows @ rows.T - along @ np.linalg.solve(precision, along.T)
@@ -185,31 +185,17 @@ def predict_unknown(fit: Linearised, of: UnknownHeat, precision: Array, left: Ar
 
 
 def _explain_place(
-    fit: Linearised, place: _Place, scale: float, lifts: float = 1.0
+    fit: Linearised, place: _Place, knots: list[Array], scale: float, lifts: float = 1.0
 ) -> UnknownHeat:  # fmt: skip
     """The unknown heat of one place at its best size and correlation time; scale: χ² that is left beside it; lifts: as
     how much noise it has to be large to show."""
     H, g = fit.weigh_runs(place.answers)
-    knots, pace = place.knots, _pace_of(fit, place.at)
-    best = explain_best(H / scale, g / scale, knots, list_sizes(H / lifts**2), pace)
+    best = explain_best(H / scale, g / scale, knots, list_sizes(H / lifts**2))
     f, std = best.course, best.std
     cuts = np.cumsum([len(t) for t in knots])[:-1]
     rms = float(np.sqrt(np.mean(f**2)))
     heat, spread = tuple(np.split(f, cuts)), tuple(np.split(std, cuts))
     return UnknownHeat(place.at, 0.0, rms, best.gain, tuple(knots), heat, spread, size=best.size, ell=best.ell)
-
-
-def _lay_knots(fit: Linearised, at: Location, step: float = KNOTS, most: int = MOST_KNOTS) -> list[Array]:
-    """Of every run."""
-    return [heat_knots(d, step / _pace_of(fit, at), most) for d in fit.problem.data]
-
-
-def _pace_of(fit: Linearised, at: Location) -> float:
-    """How many times as close as usual they stand; not of surroundings, which take their time however long a run is."""
-    if at.is_held:
-        return 1.0
-    longest = max(float(np.ptp(d.run.knots.t)) for d in fit.problem.data)
-    return max(1.0, FEWEST * KNOTS / longest)
 
 
 def list_sizes(H: Array) -> list[float]:

@@ -3,8 +3,8 @@
 Of runs r told by what the others found, ln p(r | others) is that of `foretold_runs` and what heat of any course adds to
 it, its place, σ and ℓ learned on the others: the joint log predictive density, but for a constant. The misfit of runs,
 and the end of a single one, are told by the numbers as they stand; only those of findings move, as far as others leave
-them free: what shows nowhere else, like a pump that runs in one run, is told by where it shows. Source: Vehtari, Gelman &
-Gabry, Statistics and Computing 27 (2017) 1413; unverified.
+them free: what shows nowhere else, like a pump that runs in one run, is told by where it shows. Source: Vehtari, Gelman
+& Gabry, Statistics and Computing 27 (2017) 1413; unverified.
 """
 
 from __future__ import annotations
