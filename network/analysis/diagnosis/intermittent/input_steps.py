@@ -76,10 +76,12 @@ def list_driven(moved: Sequence[InputStep], runs: Sequence[Steps | None]) -> lis
     """Of each run the clear jumps of a channel that an input may make which steps there: one that hardly steps by half
     as much elsewhere, or at whose other steps it jumps as often as not, or more often than some time before and after
     them. A relay that switches every few minutes is near every jump, and makes none."""
-    return [tuple(at for at in (of.clear if of else ()) if _is_driven(moved, runs, i, at)) for i, of in enumerate(runs)]
+    return [
+        tuple(at for at in (of.clear if of else ()) if _may_be_driven(moved, runs, i, at)) for i, of in enumerate(runs)
+    ]
 
 
-def _is_driven(moved: Sequence[InputStep], runs: Sequence[Steps | None], run: int, at: float) -> bool:
+def _may_be_driven(moved: Sequence[InputStep], runs: Sequence[Steps | None], run: int, at: float) -> bool:
     own = runs[run]
     assert own is not None
     here = [m for m in moved if m.run == run and abs(m.t - at) < own.reach]

@@ -153,19 +153,20 @@ def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
 def _find_episode(seen: Sequence[Steps | None], channel: str, jumps: ResidualSteps) -> LooseContact | None:
     """A contact that is loose for few times that begin and end in a run, as no other channel tells."""
     told = find_loose_contact(_leave_lone(seen, channel, jumps), PAIR)
-    spans = [
-        (of, window) for of, windows in zip(seen, told.windows if told else (), strict=False) for window in windows
-    ]
-    return told if all(of is not None and begin > 0 and end < of.end for of, (begin, end) in spans) else None
+    if told is None:
+        return None
+    spans = [(of, span) for of, spans in zip(seen, told.windows, strict=True) for span in spans if of is not None]
+    return told if all(begin > 0 and end < of.end for of, (begin, end) in spans) else None
 
 
 def _leave_lone(seen: Sequence[Steps | None], channel: str, jumps: ResidualSteps) -> list[Steps | None]:
     """Steps without the jumps that another channel shares."""
-    return [
-        of
-        and replace(of, driven=(*of.driven, *(at for at in of.clear if is_shared(jumps, run, channel, at, of.reach))))
-        for run, of in enumerate(seen)
-    ]
+
+    def leave(run: int, of: Steps) -> Steps:
+        shared = (at for at in of.clear if is_shared(jumps, run, channel, at, of.reach))
+        return replace(of, driven=(*of.driven, *shared))
+
+    return [None if of is None else leave(run, of) for run, of in enumerate(seen)]
 
 
 def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> IntermittentFault:
