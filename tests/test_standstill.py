@@ -24,6 +24,7 @@ from network.analysis.diagnosis.standstill.driver import Driver, list_drivers
 from network.analysis.diagnosis.standstill.find_standstill import _is_vain, find_standstill
 from network.analysis.diagnosis.standstill.laid_instants import lay_instants
 from network.analysis.diagnosis.standstill.lasting_fit import LastingFit
+from network.analysis.diagnosis.standstill.standstill_edges import list_reaches
 from network.analysis.diagnosis.standstill.standstill_fault import StandstillFault
 from network.analysis.diagnosis.standstill.standstill_scan import scan_stretches
 from network.analysis.diagnosis.standstill.stopped_fits import fit_stopped
@@ -227,6 +228,15 @@ def test_instants_are_laid_between_samples_and_inputs_held() -> None:
     assert np.isnan(laid.columns["T_column"].values[laid.t == 3130.0]).all()
     assert laid.columns["speed"].values[laid.t == 3130.0] == run.columns["speed"].values[run.t == 3120.0]
     assert lay_instants(mill(), run, (4000.0,)) is run
+
+
+def test_edges_move_as_far_as_a_step_of_the_scan_is_long() -> None:
+    """Of a run of a week that is half an hour, of one of a morning two minutes."""
+    runs: Any = [
+        SimpleNamespace(run=SimpleNamespace(knots=SimpleNamespace(t=np.array([0.0, T])))) for T in (604800, 9000)
+    ]
+    assert list_reaches(runs, (((1.0, 2.0),), ((3.0, 4.0), (5.0, 6.0)))).tolist() == [2016.0] * 2 + [120.0] * 4
+    assert list_reaches(runs, ((), ((3.0, 4.0),))).tolist() == [120.0] * 2
 
 
 def test_a_driver_that_is_left_as_it_is_changes_nothing() -> None:

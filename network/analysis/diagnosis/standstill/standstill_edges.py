@@ -6,7 +6,7 @@ changes. All edges are moved at once by Gauss–Newton, M r along their answers,
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,13 +14,15 @@ from scipy.linalg import block_diag
 
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.diagnosis.intermittent.change_points import Windows
+from network.analysis.diagnosis.standstill.absent_heat import MOST
 from network.analysis.diagnosis.standstill.lasting_fit import LastingFit
 from network.catalogue.declaration.declare import Array
 from network.engine.response.nuisance_pushes import edge_pushes
+from network.engine.response.prediction import Prediction
 
 ROUNDS, FARTHEST = 4, 120.0
-"""Times that edges are moved (budget), and how far [s] from where they were found, which is their prior 1σ: the longest
-step of the scan."""
+"""Times that edges are moved (budget), and how far [s] from where they were found, which is their prior 1σ, where no
+step of the scan is longer."""
 STILL = 1.0
 """s that an edge moves by where it is found."""
 
@@ -41,8 +43,10 @@ def refine_edges(about: Callable[[tuple[Windows, ...]], Linearised], stops: tupl
     first = edges = np.array([edge for own in stops for window in own for edge in window])
     among = np.zeros((len(edges), len(edges)))
     for _ in range(ROUNDS):
-        step, among = _find_step(about(_as_stops(edges, stops)), _as_stops(edges, stops))
-        moved = np.clip(edges + step, first - FARTHEST, first + FARTHEST)
+        at = about(_as_stops(edges, stops))
+        reach = list_reaches(at.predictions, stops)
+        step, among = _find_step(at, _as_stops(edges, stops), reach)
+        moved = np.clip(edges + step, first - reach, first + reach)
         if (np.diff(moved.reshape(-1, 2)) <= 0).any():
             break
         is_still, edges = np.abs(moved - edges).max() < STILL, moved
@@ -54,7 +58,13 @@ def refine_edges(about: Callable[[tuple[Windows, ...]], Linearised], stops: tupl
     return Edges(_as_stops(edges, stops), tuple(np.sqrt(begins).tolist()), tuple(np.sqrt(lasts).tolist()), far)
 
 
-def _find_step(at: Linearised, stops: tuple[Windows, ...]) -> tuple[Array, Array]:
+def list_reaches(predictions: Sequence[Prediction], stops: tuple[Windows, ...]) -> Array:
+    """How far each edge may move [s]: a step of the scan of its run."""
+    steps = (max(FARTHEST, float(np.ptp(p.run.knots.t)) / MOST) for p in predictions)
+    return np.array([step for step, windows in zip(steps, stops, strict=True) for _ in np.ravel(windows)])
+
+
+def _find_step(at: Linearised, stops: tuple[Windows, ...], reach: Array) -> tuple[Array, Array]:
     """How much later every edge is by the readings [s], and the covariance."""
     fit, pulls, weights = LastingFit(at), list[Array](), list[Array]()
     for run, windows in enumerate(stops):
@@ -65,7 +75,7 @@ def _find_step(at: Linearised, stops: tuple[Windows, ...]) -> tuple[Array, Array
             pulls.append(g)
             weights.append(among)
     own = block_diag(*weights)
-    own = own + np.eye(len(own)) / FARTHEST**2
+    own = own + np.diag(reach**-2.0)
     return np.linalg.solve(own, np.concatenate(pulls)), np.linalg.inv(own)
 
 
