@@ -169,17 +169,6 @@ def test_what_shows_nowhere_else_is_told_by_where_it_shows(is_single: bool) -> N
     assert after.density > before.density + 50 and share_explained(before.chi, after.chi) > 0.8
 
 
-def test_a_power_that_heats_one_part_may_heat_another_too() -> None:
-    """What a source reads is proposed elsewhere as any other column, at no size of its own."""
-    motor = {"kind": "heat_source", "into": {"motor": 1}, "power": "300 W", "with": "supply", "at": "600 W"}
-    plain = two_blocks(sources={"drive": motor})
-    bearing = {"kind": "heat_source", "into": {"body": 1}, "power": "150 W", "with": "supply", "at": "600 W"}
-    case = conceal(plain, plain.patched({"sources": {"bearing": bearing}}))
-    assert not case.runs.powers and "supply" in case.runs.drivers
-    found = explain(case, proposed(case, "sources", "heat_source", "body", has="supply body"))
-    assert own(found)["power"] == pytest.approx(150, rel=0.1)
-
-
 def test_a_heater_that_a_thermostat_switches() -> None:
     plain = two_blocks()
     boiler = {"kind": "thermostat_heating", "into": {"body": 1}, "watches": "body", "set": "31 degC",

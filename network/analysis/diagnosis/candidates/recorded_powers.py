@@ -1,5 +1,4 @@
-"""What the recordings of a case bring to proposals: how long they are, powers that heat nothing in the machine, and
-columns that heat may go with, those that heat one part already among them."""
+"""What the recordings of a case bring to proposals: how long they are, and powers that heat nothing in the machine."""
 
 from __future__ import annotations
 
@@ -16,8 +15,8 @@ from network.recordings.recording import Recording
 
 ANSWERS = ("um", "urad")
 """Units of columns that answer to the machine and do not drive it, unless something reads them."""
-RESPONSES = ("degC", *ANSWERS)
-"""Units of columns that no heat is proposed in step with."""
+RESPONSES = ("W", "degC", *ANSWERS)
+"""Units of columns that are proposed otherwise, as powers, or that answer to the machine."""
 
 
 def list_driving_columns(machine: Machine, recordings: Sequence[Recording]) -> tuple[str, ...]:
@@ -35,9 +34,7 @@ def gather_runs(machine: Machine, recordings: Sequence[Recording], drivers: Iter
     found = {n: most for n in drivers if n not in usual and (most := _find_most(n, recordings)) is not None}
     heating = {n for source in machine.sources.values() for n in source.needs()}
     powers = {n: most for n, most in found.items() if _is(most.unit, "W") and n not in heating}
-    others = {
-        n: most for n, most in found.items() if n not in powers and not any(_is(most.unit, of) for of in RESPONSES)
-    }  # fmt: skip
+    others = {n: most for n, most in found.items() if not any(_is(most.unit, each) for each in RESPONSES)}
     longest = max(float(np.ptp(r.t)) for r in recordings)
     return Runs(longest, min(float(np.median(np.diff(r.t))) for r in recordings), powers, others,
                 frozenset(n for n in drivers if _is_steady(n, recordings)))  # fmt: skip
