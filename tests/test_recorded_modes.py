@@ -88,7 +88,7 @@ def test_a_run_that_begins_near_a_level_may_be_long_there() -> None:
     assert told is not None and [bend.t for bend in told] == pytest.approx(edges[1:-1], abs=20)
 
 
-@pytest.mark.parametrize("low, bends", [(0.4, 9), (0.9, 7)])
+@pytest.mark.parametrize("low, bends", [(0.3, 9), (0.9, 7)])
 def test_a_turn_that_stays_short_of_a_level_switches_where_it_bends_as_others_do(low: float, bends: int) -> None:
     """A saw tooth from 0 to 1 of which one tooth is cut short or, hardly turning, goes on."""
     edges = [0.0, 1.0, 0.0, 1.0, low, 1.0, 0.0, 1.0, 0.0, 1.0, 0.5]
@@ -100,6 +100,16 @@ def test_a_turn_that_stays_short_of_a_level_switches_where_it_bends_as_others_do
     assert told is not None and len(told) == bends
     near = [np.abs(bend.t - np.cumsum(lengths)).min() for bend in told]
     assert max(near) < 40
+
+
+def test_turns_beyond_a_level_are_no_switchings() -> None:
+    """What goes up and down below the level at which it goes off comes near that level alone."""
+    t = np.arange(0.0, 5700.0, 10.0)
+    swing = Swing(t, -3.0 + np.sin(t / 300), on=1.0, off=-1.0)
+    high, low = swing.close
+    assert not high.any() and low.all() and find_switchings(swing) == []
+    busy = Swing(t, 1.3 * np.sin(t / 300), on=1.0, off=-1.0)
+    assert not (busy.close[0] & busy.close[1]).any() and len(find_switchings(busy) or ()) == 6
 
 
 def test_a_fit_that_follows_them_keeps_step_from_anywhere(chilled: Machine, tmp_path: Path) -> None:

@@ -60,13 +60,15 @@ class Swing:
 
     @cached_property
     def close(self) -> tuple[Mask, Mask]:
-        """Which means of three samples come near the level at which it goes on, and near the other, or near a turn of
-        their own before it: noise may hide the rest of the way, and their bend has to tell whether it switched."""
+        """Which means of three samples come near the level at which it goes on, and near the other, or beyond the
+        middle near a turn of their own before it: noise may hide the rest of the way, and their bend has to tell
+        whether it switched. None comes near both."""
         smooth, (on, off) = _smooth(self.x), self.approaches
-        high, low, since = smooth > on, smooth < off, 0
+        high, low, since, middle = smooth > on, smooth < off, 0, (self.on + self.off) / 2
         for k, is_high in _find_turns(self.x, (self.on - self.off) / 2):
             own = smooth[since : k + 1]
-            (high if is_high else low)[since : k + 1] |= np.abs(own - smooth[k]) < self.near
+            beyond = own > middle if is_high else own < middle
+            (high if is_high else low)[since : k + 1] |= beyond & (np.abs(own - smooth[k]) < self.near)
             since = k
         return high, low
 

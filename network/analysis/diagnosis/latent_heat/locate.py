@@ -58,9 +58,7 @@ def locate(fit: Linearised, machine: Machine, scale: float | None = None) -> tup
     """All places, the most probable first; scale: χ² that is left beside the heat, by default what is left without
     it."""
     knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
-    scale = max(1.0, float(np.mean(fit.left**2))) if scale is None else scale
-    lifts = float(np.sqrt(scale))
-    found = [_explain_place(fit, place, knots, scale, lifts) for place in _list_places(fit, machine, knots)]
+    found = [_explain_place(fit, place, knots, scale) for place in _list_places(fit, machine, knots)]
     gains = np.array([u.gain for u in found])
     share = np.exp(FLATTER * (gains - gains.max()))
     share /= share.sum()
@@ -184,13 +182,12 @@ def predict_unknown(fit: Linearised, of: UnknownHeat, precision: Array, left: Ar
     return gain_of(roots.transposed(roots.transposed(H).T), roots.transposed(rows @ left), of.size)[0]
 
 
-def _explain_place(
-    fit: Linearised, place: _Place, knots: list[Array], scale: float, lifts: float = 1.0
-) -> UnknownHeat:  # fmt: skip
-    """The unknown heat of one place at its best size and correlation time; scale: χ² that is left beside it; lifts: as
-    how much noise it has to be large to show."""
+def _explain_place(fit: Linearised, place: _Place, knots: list[Array], scale: float | None = None) -> UnknownHeat:
+    """The unknown heat of one place at its best size and correlation time; scale: χ² that is left beside it, by
+    default what is left without it."""
     H, g = fit.weigh_runs(place.answers)
-    best = explain_best(H / scale, g / scale, knots, list_sizes(H / lifts**2))
+    scale = max(1.0, float(np.mean(fit.left**2))) if scale is None else scale
+    best = explain_best(H / scale, g / scale, knots, list_sizes(H))
     f, std = best.course, best.std
     cuts = np.cumsum([len(t) for t in knots])[:-1]
     rms = float(np.sqrt(np.mean(f**2)))
