@@ -174,6 +174,16 @@ def test_what_runs_left_out_say_counts_heat_of_any_course_where_it_helps() -> No
     assert tell_unseen(named).density > beside.density
 
 
+def test_what_acts_all_along_a_single_run_is_told_at_its_end_by_its_beginning() -> None:
+    """Its own number hardly moves: the beginning knows it."""
+    case = case_of(LADDERS[0], sources=PUMP)
+    null = fit_hypothesis(case, case.machine)
+    found = fit_findings(case, case.machine, [candidate_of(case, "heat_source", "column")], null.values)
+    assert found is not None
+    before, after = tell_unseen(null), tell_unseen(found)
+    assert after.chi < 1.5 < before.chi and after.density > before.density
+
+
 def test_a_run_that_breaks_down_is_told_by_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     def breaks(*_: object) -> None:
         raise np.linalg.LinAlgError

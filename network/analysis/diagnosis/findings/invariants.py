@@ -40,7 +40,7 @@ def find_worse_runs(before: Comparison | None, after: Comparison | None) -> list
 def is_worse(before: RecordingResidual, after: RecordingResidual, runs: int = 1) -> bool:
     """The mean of the paired differences of squares over blocks of time against its standard error, which is that of
     their bootstrap: all channels of a block are one value, for what is left moves them together. As improbable by
-    chance in any of so many runs as in one alone (Student's t; Bonferroni)."""
+    chance in any of so many runs as in one alone (Student's t; Šidák)."""
     names = [n for n in before.channels if n in after.channels]
     if not names or not after.rmse_in_noise > SETTINGS.worse * before.rmse_in_noise:
         return False
@@ -48,7 +48,7 @@ def is_worse(before: RecordingResidual, after: RecordingResidual, runs: int = 1)
     blocks = [np.nanmean(b) for b in np.array_split(each, BLOCKS, axis=1) if np.isfinite(b).any()]
     if len(blocks) < 2:
         return False
-    most = float(student.isf(norm.sf(SETTINGS.paired) / runs, len(blocks) - 1))
+    most = float(student.ppf(norm.cdf(SETTINGS.paired) ** (1 / runs), len(blocks) - 1))
     return bool(np.mean(blocks) > most * np.std(blocks, ddof=1) / np.sqrt(len(blocks)))
 
 

@@ -96,7 +96,8 @@ def _tell_without(h: Hypothesis, with_rest: bool, left_out: Sequence[int]) -> Un
     told = ForetoldRuns(_tell_by(others, h.case.of(left_out)), others.linearised.reduced[0])
     more = _add_rest(others, told) if with_rest else 0.0
     own, every = _list_own(h), np.ones(len(told.left), bool)
-    return Unseen(_misfit_of(told.seen, own, told.known[np.ix_(own, own)], every), len(every), told.density + more)
+    known, pull = told.known[np.ix_(own, own)], told.seen.slopes[own] @ told.seen.left
+    return Unseen(_misfit_of(told.seen, own, known, pull, every), len(every), told.density + more)
 
 
 def _list_own(h: Hypothesis) -> list[int]:
@@ -105,16 +106,16 @@ def _list_own(h: Hypothesis) -> list[int]:
     return [i for i, p in enumerate(h.fit.problem.parameters) if p.path in paths]
 
 
-def _misfit_of(seen: Linearised, own: Sequence[int], known: Array, counted: Mask) -> float:
+def _misfit_of(seen: Linearised, own: Sequence[int], known: Array, pull: Array, counted: Mask) -> float:
     """Of some rows of runs at the numbers of others, those of findings (own) moved with the constants of these runs as
     far as others leave them free: |r − xᵀS|² + aᵀ Λ a and what constants are strained by, x of a and of constants;
-    known: Λ."""
+    known: Λ; pull: what draws a."""
     free, (mean, spread) = seen.free, seen.problem.prior
     S, n = seen.slopes[[*own, *range(free, len(seen.slopes))]], len(own)
     precision = S @ S.T + np.diag(np.concatenate([np.zeros(n), spread[free:] ** -2.0]))
     at = S[:n, counted]
     precision[:n, :n] = known + at @ at.T
-    moved = np.linalg.solve(precision, np.concatenate([at @ seen.left[counted], np.zeros(len(S) - n)]))
+    moved = np.linalg.solve(precision, np.concatenate([pull, np.zeros(len(S) - n)]))
     left = (seen.left - moved @ S)[counted]
     strain = np.sum(((seen.eta + moved[n:] - mean[free:]) / spread[free:]) ** 2) - len(seen.eta)
     return float(left @ left + max(strain, 0.0) + moved[:n] @ known @ moved[:n])
@@ -138,7 +139,7 @@ def _tell_end(h: Hypothesis) -> Unseen:
     others = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
     seen = _tell_by(others, h.case)
     late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
-    own = _list_own(h)
-    early = seen.slopes[own][:, ~late]
-    misfit = _misfit_of(seen, own, early @ early.T + np.diag(seen.problem.prior[1][own] ** -2.0), late)
+    own, early = _list_own(h), seen.slopes[_list_own(h)][:, ~late]
+    known = early @ early.T + np.diag(seen.problem.prior[1][own] ** -2.0)
+    misfit = _misfit_of(seen, own, known, seen.pull[own], late)
     return Unseen(misfit, int(late.sum()), -misfit / 2)
