@@ -17,6 +17,7 @@ from itertools import chain
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise
+from network.analysis.calibration.misfit import strain_of
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
@@ -109,7 +110,7 @@ def _list_own(h: Hypothesis) -> list[int]:
 def _misfit_of(seen: Linearised, own: Sequence[int], known: Array, pull: Array, counted: Mask) -> float:
     """Of some rows of runs at the numbers of others, those of findings (own) moved with the constants of these runs as
     far as others leave them free: |r − xᵀS|² + aᵀ Λ a and what constants are strained by, x of a and of constants;
-    known: Λ; pull: what draws a."""
+    known: Λ; pull: what draws a. As they stand where that leaves less."""
     free, (mean, spread) = seen.free, seen.problem.prior
     S, n = seen.slopes[[*own, *range(free, len(seen.slopes))]], len(own)
     precision = S @ S.T + np.diag(np.concatenate([np.zeros(n), spread[free:] ** -2.0]))
@@ -118,7 +119,8 @@ def _misfit_of(seen: Linearised, own: Sequence[int], known: Array, pull: Array, 
     moved = np.linalg.solve(precision, np.concatenate([pull, np.zeros(len(S) - n)]))
     left = (seen.left - moved @ S)[counted]
     strain = np.sum(((seen.eta + moved[n:] - mean[free:]) / spread[free:]) ** 2) - len(seen.eta)
-    return float(left @ left + max(strain, 0.0) + moved[:n] @ known @ moved[:n])
+    stands = float(np.sum(seen.left[counted] ** 2)) + strain_of(seen)
+    return min(stands, float(left @ left + max(strain, 0.0) + moved[:n] @ known @ moved[:n]))
 
 
 def _tell_by(h: Hypothesis, case: Case) -> Linearised:
