@@ -65,7 +65,7 @@ class Swing:
         whether it switched. None comes near both."""
         smooth, (on, off) = _smooth(self.x), self.approaches
         high, low, since, middle = smooth > on, smooth < off, 0, (self.on + self.off) / 2
-        for k, is_high in _find_turns(self.x, (self.on - self.off) / 2):
+        for k, is_high in _find_turns(smooth, (self.on - self.off) / 2):
             own = smooth[since : k + 1]
             beyond = own > middle if is_high else own < middle
             (high if is_high else low)[since : k + 1] |= beyond & (np.abs(own - smooth[k]) < self.near)
@@ -221,14 +221,15 @@ def _smooth(x: Array) -> Array:
 
 def _list_turns(x: Array, least: float) -> tuple[list[float], list[float]]:
     """Highest and lowest values between which it goes up and down by at least so much."""
-    smooth, turns = _smooth(x), _find_turns(x, least)
+    smooth = _smooth(x)
+    turns = _find_turns(smooth, least)
     high, low = ([float(smooth[k]) for k, is_high in turns if is_high == of_high] for of_high in (True, False))
     return high, low
 
 
-def _find_turns(x: Array, least: float) -> list[tuple[int, bool]]:
+def _find_turns(smooth: Array, least: float) -> list[tuple[int, bool]]:
     """At which samples these are, and whether they are high."""
-    smooth, turns, top, bottom, rises = _smooth(x), list[tuple[int, bool]](), 0, 0, True
+    turns, top, bottom, rises = list[tuple[int, bool]](), 0, 0, True
     for k, value in enumerate(smooth.tolist()):
         top, bottom = (k if value > smooth[top] else top), (k if value < smooth[bottom] else bottom)
         if rises and value < smooth[top] - least:

@@ -42,7 +42,7 @@ from network.analysis.diagnosis.intermittent.channel_samples import (
     list_inputs,
     truth_at_samples,
 )
-from network.analysis.diagnosis.intermittent.input_steps import list_driven, list_input_steps
+from network.analysis.diagnosis.intermittent.input_steps import list_driven
 from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps, is_shared
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect
@@ -144,10 +144,16 @@ def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
     recordings = list_as_fitted(h.case.recordings, h)
     jumps = ResidualSteps(h, recordings)
     for c in candidates(h.machine, h.case.drivers, among=come_and_go):
-        seen = _list_steps(h, c, _list_residuals(h, c, recordings))
+        seen = _leave_driven(_list_steps(_list_residuals(h, c, recordings)), jumps)
         loose = find_loose_contact(seen) or _find_episode(seen, c.channels[0], jumps)
         if loose is not None:
             yield IntermittentFault(h.case.recordings, 0.0, c, loose, {r.file: r.constants for r in recordings})
+
+
+def _leave_driven(seen: Sequence[Steps | None], jumps: ResidualSteps) -> list[Steps | None]:
+    """Steps without the jumps that inputs may make."""
+    driven = list_driven(jumps.input_steps, seen)
+    return [steps and replace(steps, driven=times) for steps, times in zip(seen, driven, strict=True)]
 
 
 def _find_episode(seen: Sequence[Steps | None], channel: str, jumps: ResidualSteps) -> LooseContact | None:
@@ -180,7 +186,7 @@ def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> Int
     if not full[good].any():
         return e
     share = float(np.clip(full[good] @ r[good] / (full[good] @ full[good]), *SHARES))
-    seen = _list_steps(about, e.candidate, runs)
+    seen = _list_steps(runs)
     now = [spans if steps is None else steps.windows(share) for steps, spans in zip(seen, windows, strict=True)]
     loose = replace(e.loose, share=share, windows=tuple(now))
     return replace(e, loose=loose, surroundings={r.file: r.constants for r in recordings})
@@ -225,9 +231,7 @@ def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]
     return [residual(p, r) if name in p.run.channels else None for p, r in runs]
 
 
-def _list_steps(h: Hypothesis, c: Candidate, residuals: Sequence[_Residual | None]) -> list[Steps | None]:
+def _list_steps(residuals: Sequence[_Residual | None]) -> list[Steps | None]:
     """The steps of these, in shares of what is read: what a fit says is bent by a reading that fails. None of runs that
     are too short."""
-    seen = [None if of is None else find_steps(of.t, of.residual, of.of_read, of.digit) for of in residuals]
-    driven = list_driven(list_input_steps(p.run for p in h.predictions), seen)
-    return [steps and replace(steps, driven=times) for steps, times in zip(seen, driven, strict=True)]
+    return [None if of is None else find_steps(of.t, of.residual, of.of_read, of.digit) for of in residuals]

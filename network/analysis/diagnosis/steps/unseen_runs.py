@@ -112,6 +112,9 @@ def _misfit_of(seen: Linearised, own: Sequence[int], known: Array, pull: Array, 
     far as others leave them free: |r − xᵀS|² + aᵀ Λ a and what constants are strained by, x of a and of constants;
     known: Λ; pull: what draws a. As they stand where that leaves less."""
     free, (mean, spread) = seen.free, seen.problem.prior
+    stands = float(np.sum(seen.left[counted] ** 2)) + strain_of(seen)
+    if not own:
+        return stands
     S, n = seen.slopes[[*own, *range(free, len(seen.slopes))]], len(own)
     precision = S @ S.T + np.diag(np.concatenate([np.zeros(n), spread[free:] ** -2.0]))
     at = S[:n, counted]
@@ -119,7 +122,6 @@ def _misfit_of(seen: Linearised, own: Sequence[int], known: Array, pull: Array, 
     moved = np.linalg.solve(precision, np.concatenate([pull, np.zeros(len(S) - n)]))
     left = (seen.left - moved @ S)[counted]
     strain = np.sum(((seen.eta + moved[n:] - mean[free:]) / spread[free:]) ** 2) - len(seen.eta)
-    stands = float(np.sum(seen.left[counted] ** 2)) + strain_of(seen)
     return min(stands, float(left @ left + max(strain, 0.0) + moved[:n] @ known @ moved[:n]))
 
 
@@ -141,7 +143,8 @@ def _tell_end(h: Hypothesis) -> Unseen:
     others = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
     seen = _tell_by(others, h.case)
     late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
-    own, early = _list_own(h), seen.slopes[_list_own(h)][:, ~late]
+    own = _list_own(h)
+    early = seen.slopes[own][:, ~late]
     known = early @ early.T + np.diag(seen.problem.prior[1][own] ** -2.0)
     misfit = _misfit_of(seen, own, known, seen.pull[own], late)
     return Unseen(misfit, int(late.sum()), -misfit / 2)
