@@ -1266,7 +1266,7 @@ def test_the_share_of_a_fault_is_told_by_all_readings_in_its_windows(monkeypatch
     first = bare(t=t, residual=np.array([9, 1, 2, np.nan, 9, 9.0]), change=np.array([1, 2, 4, 7, 1, 1.0]))
     runs = [first, bare(t=t, residual=3 + 0 * t, change=5 + 0 * t)]
     monkeypatch.setattr(intermittent_fault, "_list_residuals", lambda about, c, recordings: runs)
-    monkeypatch.setattr(intermittent_fault, "_list_steps", lambda about, c, residuals: [None, None])
+    monkeypatch.setattr(intermittent_fault, "_list_steps", lambda residuals: [None, None])
     monkeypatch.setattr(intermittent_fault, "list_as_fitted", lambda recordings, about: ())
     monkeypatch.setattr(intermittent_fault, "replace", lambda of, **new: bare(**{**vars(of), **new}))
     windows = (((1.0, 3.0),), ((4.0, 5.0),))
