@@ -44,6 +44,7 @@ def test_known_numbers_come_back(plain: Calibration) -> None:
     assert plain.after_holdout is not None and plain.after_holdout.rmse_in_noise < 1.03
 
 
+@pytest.mark.proof
 def test_standard_errors_are_the_scatter_of_many_recordings() -> None:
     """Numbers drawn from the priors, offsets drawn from theirs: deviations in standard errors scatter by one."""
     rng, deviations = np.random.default_rng(5), []

@@ -126,6 +126,7 @@ def test_a_bearing_that_is_missing_heats_both_of_its_rings() -> None:
     assert f.parameters["torque"].value == pytest.approx(0.5, rel=0.02)
 
 
+@pytest.mark.proof
 def test_a_film_that_is_missing_is_told_by_its_law_alone() -> None:
     (f,) = diagnosed_without("links", "housing skin", **CONCEALED["fan"]).findings
     assert (f.kind, f.places) == ("forced_convection", ("housing", "air"))

@@ -146,7 +146,7 @@ def test_a_room_that_changes_at_every_sample_is_stepped_through_on_known_slopes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """As exact as with the slopes of every step, relays and what melts included, and most steps need none."""
-    t = np.arange(0, 7201, 10.0)
+    t = np.arange(0, 4801, 10.0)
     room = 20 + np.cumsum(0.05 * np.random.default_rng(4).standard_normal(len(t)))
     along, took = schedule(t, linear("ambient", "degC", t, room)), list[bool]()
     melts, inner = melter().patched({"nodes": {"room": {"temperature": "ambient"}}}), FrozenSlopes.step
@@ -156,7 +156,7 @@ def test_a_room_that_changes_at_every_sample_is_stepped_through_on_known_slopes(
         took.append(made is not None)
         return made
 
-    exact = simulate(melts, along, method="solve_ivp:LSODA", rtol=1e-10)
+    exact = simulate(melts, along, method="solve_ivp:LSODA", rtol=1e-9)
     monkeypatch.setattr(FrozenSlopes, "step", count)
     short = simulate(melts, along, rtol=1e-7)
     assert short.method == "rosenbrock" and np.mean(took) > 0.5 and len(took) > 500
@@ -182,7 +182,7 @@ def test_a_relay_without_delay_switches_between_two_samples() -> None:
 
 
 def test_heat_that_goes_with_the_square_of_an_input_that_ramps_is_all_counted() -> None:
-    t = np.arange(0, 7201, 10.0)
+    t = np.arange(0, 1801, 10.0)
     current = np.abs(1 + 0.3 * np.random.default_rng(5).standard_normal(len(t)))
     loss = {"kind": "heat_source", "into": {"case": 1}, "power": "80 W", "with": "current", "at": "1 A", "exponent": 2}
     heated = melter().patched({"sources": {"loss": loss, "cooler": None}})

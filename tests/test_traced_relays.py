@@ -66,6 +66,7 @@ def test_a_cooler_is_traced_and_keeps_step(cooled: Hypothesis) -> None:
     assert told["set"] == pytest.approx(24, abs=0.1) and told["power"] == pytest.approx(250, rel=0.05)
 
 
+@pytest.mark.proof
 def test_a_cooler_of_a_tank_that_was_held_is_traced_beside_the_numbers_of_the_tank() -> None:
     h = null(*(machine(nodes, links=LINKS | WATER, sources=more, sensors=SENSORS) for nodes, more in MADE))
     found = search_traced_relays(h.case, h, switched(h), 1, 1)
