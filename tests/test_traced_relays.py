@@ -18,6 +18,7 @@ from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.switched_heat import trace_switched
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.carried_relays import carry_in_step
+from network.analysis.diagnosis.switching.certain_levels import is_drawn
 from network.analysis.diagnosis.switching.followed_search import search_traced_relays
 from network.analysis.diagnosis.switching.prior_samples import Space
 from network.analysis.diagnosis.switching.relay_levels import _Course, _match_levels
@@ -64,6 +65,18 @@ def test_a_cooler_is_traced_and_keeps_step(cooled: Hypothesis) -> None:
     assert found[0].found[-1].places == ("housing",) and found[0].chi < 1.1
     told = {path.rpartition(".")[2]: value for path, value in found[0].own_values.items() if "cooling" in path}
     assert told["set"] == pytest.approx(24, abs=0.1) and told["power"] == pytest.approx(250, rel=0.05)
+
+
+def test_a_heater_is_traced_and_is_no_cooler() -> None:
+    """Heat that comes is not cold that goes: what is constant between them other numbers would have to take up."""
+    boiler = {**COOLER, "kind": "thermostat_heating", "set": "30 degC"}
+    h = null(plant(), plant(sources={"boiler": boiler}))
+    found = search_traced_relays(h.case, h, switched(h), 1, 1)
+    c, own = found[0].found[-1], found[0].own_values
+    assert (c.kind.kind, c.places) == ("thermostat_heating", ("housing",)) and found[0].chi < 1.1
+    told = {path.rpartition(".")[2]: value for path, value in own.items() if "heating" in path}
+    assert told["set"] == pytest.approx(30, abs=0.1) and told["power"] == pytest.approx(250, rel=0.05)
+    assert {is_drawn(c) for c in switched(h) if c.kind is found[0].found[-1].kind} == {False}
 
 
 @pytest.mark.proof

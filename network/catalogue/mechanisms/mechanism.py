@@ -126,7 +126,9 @@ def beyond(mode: Array, T: Array, middle: Array, half_width: Array) -> Array:
 
 class Relay(Mechanism):
     """A source, link or stream with two modes, switched by guards. Its heat is the one while it is on; it is zero
-    while off."""
+    while off. drawn: whether a diagnosis looks for it at levels it draws, too, where nothing tells its instants."""
+
+    drawn: ClassVar[bool] = True
 
     @abstractmethod
     def guard(self, mode: Array, u: Inputs, *own: Array) -> Array:

@@ -22,8 +22,17 @@ class Certain:
 
 def find_relay(c: Candidate) -> tuple[EntryPath, Relay] | None:
     """The relay that a candidate brings, with its path; None where that is not one."""
-    relays = [(p, e) for p, _ in c.patch.entries() if isinstance(e := c.machine.by_path.get(p), Relay)]
+    relays = _list_relays(c)
     return relays[0] if len(relays) == 1 else None
+
+
+def is_drawn(c: Candidate) -> bool:
+    """Whether what switches in a candidate is looked for at levels that are drawn, too."""
+    return all(relay.drawn for _, relay in _list_relays(c))
+
+
+def _list_relays(c: Candidate) -> list[tuple[EntryPath, Relay]]:
+    return [(p, e) for p, _ in c.patch.entries() if isinstance(e := c.machine.by_path.get(p), Relay)]
 
 
 def make_certain(c: Candidate, low: float, high: float) -> Certain | None:

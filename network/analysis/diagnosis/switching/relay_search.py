@@ -20,6 +20,7 @@ from network.analysis.diagnosis.latent_heat.locate import list_likely_parts
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
+from network.analysis.diagnosis.switching.certain_levels import is_drawn
 from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
 from network.analysis.diagnosis.switching.relay_fits import (
     LADDER,
@@ -154,9 +155,9 @@ def tell_unsearched(null: Hypothesis, switched: Sequence[Candidate]) -> str:
 
 
 def rank_likely_places(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:
-    """Those at the parts where unknown heat explains most first; of two there, the one with more to it."""
+    """Those to be drawn at the parts where unknown heat explains most first; of two there, the one with more to it."""
     gain = list_likely_parts(located)
-    able = [c for c in switched if gain.keys() & parts_about(c)]
+    able = [c for c in switched if gain.keys() & parts_about(c) and is_drawn(c)]
     return sorted(able, key=lambda c: (-max(gain.get(n, 0.0) for n in parts_about(c)), -len(c.own)))
 
 
