@@ -34,7 +34,6 @@ from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.lumps import (
     coarse_surrogate,
     lump_convergence,
-    lump_promise,
     lump_refinement,
     lump_shortfall,
     lumping_finding,
@@ -478,7 +477,6 @@ def test_the_machine_as_written_is_cut_more_finely_while_that_helps(
     monkeypatch.setattr(lump_refinement, "LEVELS", 9)
     monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {"bar": 1})
     monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: each.values["level"] + 1)
-    monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
     monkeypatch.setattr(
         lump_refinement, "_fit_finer", lambda case, level, best, written: begun.append(best) or levels[level]
     )
@@ -487,22 +485,22 @@ def test_the_machine_as_written_is_cut_more_finely_while_that_helps(
 
 
 @pytest.mark.parametrize(
-    "chi, promised, switches, told",
+    "chi, able, switches, told",
     [
         (70.0, {"chosen", "cut"}, False, ["chosen"]), (70.0, {"cut"}, False, ["cut"]), (70.0, {"cut"}, True, []),
         (70.0, set(), False, []), (DOUBTFUL - 0.1, {"cut"}, False, []),
     ],
 )  # fmt: skip
-def test_where_much_is_left_every_bar_is_cut_if_the_lumps_it_takes_promise_nothing(
-    chi: float, promised: set[str], switches: bool, told: list[str], monkeypatch: pytest.MonkeyPatch
+def test_where_much_is_left_every_bar_is_cut_if_the_lumps_it_takes_do_not_fit(
+    chi: float, able: set[str], switches: bool, told: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Numbers that are bent by coarse lumps do not tell which lumps they take; beside a relay no misfit does."""
     written = h(chi, 0.0, root="written", fit=bare(problem=bare(model=bare(switches=switches))))
     monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: "chosen" if each is written else None)
     monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {"bar": 1, "fine": 9})
     monkeypatch.setattr(lump_refinement, "cut_bars", lambda machine, counts: counts == {"bar": 4} and "cut")
-    monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: finer in promised)
-    monkeypatch.setattr(lump_refinement, "_fit_finer", lambda case, finer, *of: h(0.6 * chi, 99.0, machine=finer))
+    fit = lambda case, finer, *of: h(0.6 * chi, 99.0, machine=finer) if finer in able else None  # noqa: E731
+    monkeypatch.setattr(lump_refinement, "_fit_finer", fit)
     levels = lump_refinement.refine_lumps(bare(), written)
     assert [each.machine for each in levels[1:]] == told
 
@@ -521,7 +519,6 @@ def test_every_bar_is_cut_too_where_the_lumps_it_takes_are_no_matter(
     monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: "chosen" if each is written else None)
     monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {"bar": 1})
     monkeypatch.setattr(lump_refinement, "cut_bars", lambda machine, counts: "cut")
-    monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
 
     def fit_finer(case: Any, finer: str, *of: Any) -> Any:
         fitted.append(finer)
@@ -543,7 +540,6 @@ def test_before_anything_is_tried_lumps_are_refined_while_there_is_time(
     case = LATE if late else bare(budget=TimeBudget(100.0))
     levels = [h(chi, 0.0, case=case, values={"level": 0}), h(1.0, 99.0, case=case, values={"level": 1})]
     monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: "finer")
-    monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
     monkeypatch.setattr(lump_refinement, "_fit_finer", lambda *of: levels[1])
     assert lump_refinement.refine_lumps(bare(), levels[0]) == levels[:tried]
     chosen = list[Any]()
@@ -602,7 +598,6 @@ def test_finer_lumps_whose_runs_break_down_are_left(monkeypatch: pytest.MonkeyPa
     written = h(5.0, 0.0, root="written", fit=bare(problem=bare(model=bare(switches=True))))
     monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: "finer")
     monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {})
-    monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
     monkeypatch.setattr(lump_refinement, "_fit_finer", break_down)
     assert lump_refinement.refine_lumps(bare(), written) == [written]
 
@@ -660,29 +655,6 @@ def test_once_it_is_late_finer_lumps_that_leave_more_than_half_are_not_gone_on_f
         assert lump_refinement.hardly_matter(slow, written) == in_the_end
         assert search._choose_level([written, finer]) is finer
         assert search._choose_level([written, slow]) is (written if in_the_end else slow)
-
-
-@pytest.mark.parametrize(
-    "chis, gains, switches, told",
-    [
-        ([2, 2], [SETTINGS.structure + 1, -50], False, True), ([2, 2], [SETTINGS.structure - 1, -50], False, False),
-        ([None, None], [0, 0], False, True), ([None, 2], [0, -50], False, False),
-        ([2 * SETTINGS.hopeless - 0.1, 99], [-50, -90], True, True),
-        ([2 * SETTINGS.hopeless + 0.1, 99], [-50, -90], True, False),
-    ],
-)  # fmt: skip
-def test_finer_lumps_promise_more_where_a_fit_to_what_they_have_more_gains(
-    chis: list[Any], gains: list[float], switches: bool, told: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """From the numbers at hand or from those of the file; what breaks down tells nothing, and what switches out of step
-    only where it stays far behind."""
-    model = bare(switches=switches)
-    now = h(2.0, 100.0, values={}, fit=bare(problem=bare(parameters=(), model=model)))
-    fits = iter([None if chi is None else h(chi, 100.0 + gain) for chi, gain in zip(chis, gains, strict=True)])
-    monkeypatch.setattr(lump_promise, "on_few_runs", lambda each: each)
-    monkeypatch.setattr(lump_promise, "values_at", lambda parameters, theta: {})
-    monkeypatch.setattr(lump_promise, "_fit_rest", lambda each, finer, values: next(fits))
-    assert lump_promise.promises_more(now, "finer") is told  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("gain, goes_on", [(1.0, True), (-1.0, False)])
@@ -1316,14 +1288,15 @@ def test_the_last_finding_is_moved(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_relays_are_looked_for_first_where_unknown_heat_explains_most() -> None:
-    """And not where it explains hardly anything beside the best."""
-    parts = {"a": ("bed",), "b": ("spindle",), "c": ("spindle",), "d": ("room",), "e": ("head",)}
+    """And not where it explains hardly anything beside the best, nor what is looked for where it shows alone."""
+    parts = {n: (of,) for n, of in zip("abcdef", "bed spindle spindle room head spindle".split(), strict=True)}
     relays = [bare(name=n, places=p, kind=bare(kind="relay"), own=(1,) * (n == "c")) for n, p in parts.items()]
     located = [
         bare(at=bare(kind="node", nodes=(n,)), gain=g) for n, g in (("bed", 5.0), ("spindle", 9.0), ("head", 0.8))
     ]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("network.analysis.diagnosis.switching.relay_search.parts_about", lambda c: {*c.places})
+        patch.setattr("network.analysis.diagnosis.switching.relay_search.is_drawn", lambda c: c.name != "f")
         assert [c.name for c in rank_likely_places(relays, located)] == ["c", "b", "a"]
 
 

@@ -29,7 +29,6 @@ from network.analysis.diagnosis.hypotheses.falling_short import FallsShort
 from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, parameters_of, settle_hypothesis
-from network.analysis.diagnosis.lumps.lump_promise import promises_more
 from network.analysis.diagnosis.screening.screen import whiten
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.ranking import best_of
@@ -99,12 +98,11 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
 def _fit_first_that_matters(
     case: Case, levels: Sequence[Hypothesis], best: Hypothesis, jobs: int
 ) -> Hypothesis | None:  # fmt: skip
-    """The first of the finer machines that promise more by which it is a matter of lumps, fitted; else the best of
-    them, none where none fits."""
+    """The first of the finer machines by which it is a matter of lumps, fitted; else the best of them, none where none
+    fits. What it would come to is not told from the coarse one before: its numbers are bent to its lumps."""
     fitted: Hypothesis | None = None
     for machine in _list_finer(levels, jobs):
-        if promises_more(levels[-1], machine):
-            fitted = best_of(fitted, _try_finer(case, machine, best, levels[0]))
+        fitted = best_of(fitted, _try_finer(case, machine, best, levels[0]))
         if fitted is not None and not _is_no_matter_of_lumps(fitted, best):
             break
     return fitted
