@@ -1289,7 +1289,7 @@ def test_the_last_finding_is_moved(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_relays_are_looked_for_first_where_unknown_heat_explains_most() -> None:
     """And not where it explains hardly anything beside the best, nor what is looked for where it shows alone."""
-    parts = {n: (of,) for n, of in zip("abcdef", "bed spindle spindle room head spindle".split(), strict=True)}
+    parts = {n: (of,) for n, of in zip("abcdef", ["bed", "spindle", "spindle", "room", "head", "spindle"], strict=True)}
     relays = [bare(name=n, places=p, kind=bare(kind="relay"), own=(1,) * (n == "c")) for n, p in parts.items()]
     located = [
         bare(at=bare(kind="node", nodes=(n,)), gain=g) for n, g in (("bed", 5.0), ("spindle", 9.0), ("head", 0.8))
