@@ -18,6 +18,7 @@ from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.strategies import CUT_SHORT, UNRECORDED, list_unsearched, strategy_of
 from network.analysis.diagnosis.switching import relay_search
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
+from network.analysis.diagnosis.switching.certain_levels import is_drawn
 from network.analysis.diagnosis.switching.prior_samples import Space
 from network.analysis.diagnosis.switching.relay_fits import _keep_promising
 from network.analysis.diagnosis.switching.relay_samples import draw_over_whole, find_onset
@@ -39,7 +40,8 @@ def null(known: Machine, truth: Machine) -> Hypothesis:
 
 
 def relays(h: Hypothesis) -> list[Candidate]:
-    return [c for c in candidates(h.machine, h.case.drivers) if c.switches and c.places == ("housing",)]
+    able = (c for c in candidates(h.machine, h.case.drivers) if c.switches and is_drawn(c))
+    return [c for c in able if c.places == ("housing",)]
 
 
 def test_bent_laws_become_straight_and_what_that_lacks_is_told() -> None:
