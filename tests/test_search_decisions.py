@@ -499,8 +499,10 @@ def test_where_much_is_left_every_bar_is_cut_if_the_lumps_it_takes_do_not_fit(
     monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: "chosen" if each is written else None)
     monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {"bar": 1, "fine": 9})
     monkeypatch.setattr(lump_refinement, "cut_bars", lambda machine, counts: counts == {"bar": 4} and "cut")
-    fit = lambda case, finer, *of: h(0.6 * chi, 99.0, machine=finer) if finer in able else None  # noqa: E731
-    monkeypatch.setattr(lump_refinement, "_fit_finer", fit)
+    monkeypatch.setattr(
+        lump_refinement, "_fit_finer",
+        lambda case, finer, *of: h(0.6 * chi, 99.0, machine=finer) if finer in able else None,
+    )  # fmt: skip
     levels = lump_refinement.refine_lumps(bare(), written)
     assert [each.machine for each in levels[1:]] == told
 
