@@ -33,7 +33,7 @@ from network.platform.refusal import Refused
 from network.recordings.relay_mode import RelayMode
 
 MOST = 3
-"""Parts that are there whose relays are followed, and as many that come with one."""
+"""Relays that are followed in parts that are there, and as many in those that come with one."""
 IDLE = 8
 """Steps of the fit beside a part that comes with a relay, its numbers held."""
 
@@ -87,13 +87,11 @@ def _trace_about(null: Hypothesis, start: RelayStart) -> ShownRelay | None:
 
 
 def _follow_best(traced: Sequence[tuple[_Switched, SwitchedHeat]]) -> list[ShownRelay]:
-    """Those of the best parts, each worth its instants, and half of what the best of all explains: cold that comes and
-    heat that goes differ by what is constant, which other numbers take up."""
-    told = sorted(traced, key=lambda each: -each[1].gain)
-    parts = list(dict.fromkeys(of.part for of, _ in told))[:MOST]
+    """The best, each worth its instants, and half of what the best of all explains. At one part cold that comes and heat
+    that goes may both be among them: they differ by what is constant, which other numbers take up."""
+    told = sorted(traced, key=lambda each: -each[1].gain)[:MOST]
     least = SETTINGS.half * told[0][1].gain if told else 0.0
-    able = ((of, heat) for of, heat in told if of.part in parts and heat.gain >= least)
-    shown = (_follow(of, heat) for of, heat in able if heat.worth > SETTINGS.least)
+    shown = (_follow(of, heat) for of, heat in told if heat.worth > SETTINGS.least and heat.gain >= least)
     return [s for s in shown if s is not None]
 
 
