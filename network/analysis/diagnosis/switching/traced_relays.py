@@ -87,8 +87,8 @@ def _trace_about(null: Hypothesis, start: RelayStart) -> ShownRelay | None:
 
 
 def _follow_best(traced: Sequence[tuple[_Switched, SwitchedHeat]]) -> list[ShownRelay]:
-    """The best, each worth its instants, and half of what the best of all explains. At one part cold that comes and heat
-    that goes may both be among them: they differ by what is constant, which other numbers take up."""
+    """The best, each worth its instants, and half of what the best of all explains. At one part cold that comes and
+    heat that goes may both be among them: they differ by what is constant, which other numbers take up."""
     told = sorted(traced, key=lambda each: -each[1].gain)[:MOST]
     least = SETTINGS.half * told[0][1].gain if told else 0.0
     shown = (_follow(of, heat) for of, heat in told if heat.worth > SETTINGS.least and heat.gain >= least)
