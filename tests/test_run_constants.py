@@ -23,7 +23,7 @@ from network.analysis.calibration.linearised import linearise
 from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.comparison.compare import compare
-from network.engine.response.input_slopes import input_slopes
+from network.engine.response.input_slopes import acts_by_heat, input_slopes
 from network.engine.response.model import Model
 from network.engine.response.parameters import centres
 from network.platform.yaml.document import dump
@@ -91,16 +91,33 @@ def test_what_constants_take_upon_themselves_is_told(fitted: Calibration) -> Non
     assert any("take" in s and "upon themselves" in s for s in fitted.sentences)
 
 
-@pytest.mark.parametrize(("links", "off"), [({}, 1e-9), (RADIATES, 0.01)])
-def test_the_slope_by_a_room_is_that_of_a_run_in_another(links: Mapping[str, object], off: float) -> None:
-    machine = two_blocks(links=links)
-    problem = problem_of(machine, run_in(22.0))
+CHILLS = {
+    "kind": "thermostat_cooling", "into": {"body": 1}, "watches": "body", "set": "26 degC ± 0.5 K",
+    "hysteresis": "0.6 K ± 20 %", "power": "260 W ± 20 %",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("machine", "step", "off", "by_heat"),
+    [
+        (two_blocks(), 0.5, 1e-9, True), (two_blocks(links=RADIATES), 0.5, 0.01, True),
+        (two_blocks(sources={"chiller": CHILLS}), 1e-5, 1e-3, True),
+        (two_blocks(links=RADIATES, sources={"chiller": CHILLS}), 1e-5, 0.01, True),
+        (two_blocks(sources={"chiller": {**CHILLS, "watches": "air"}}), 1e-3, 1e-3, False),
+    ],
+)  # fmt: skip
+def test_the_slope_by_a_room_is_that_of_a_run_in_another(
+    machine: Machine, step: float, off: float, by_heat: bool
+) -> None:
+    """Also where a relay switches by it, if only through parts."""
+    problem = problem_of(machine, run_in(22.0, machine=machine))
     at = linearise(problem, centres(problem.parameters))
-    moved = problem.data[0].with_inputs({"ambient": 22.5})
+    moved = problem.data[0].with_inputs({"ambient": 22 + step})
     (again,) = Model(machine, problem.parameters, [moved.run]).predict(at.theta)
     change = again.cells - at.predictions[0].cells
     (slope,) = input_slopes(at.predictions, [{"ambient": 1.0}])
-    assert np.abs(change - 0.5 * slope[0]).max() < off * np.abs(change).max()
+    assert acts_by_heat(at.predictions[0], "ambient", 0.05) is by_heat
+    assert np.abs(change - step * slope[0]).max() < off * np.abs(change).max()
 
 
 def test_offsets_are_free_unless_a_mapping_says_none() -> None:

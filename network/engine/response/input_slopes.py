@@ -14,7 +14,7 @@ from network.engine.response.measured_run import Run
 from network.engine.response.output_jacobian import channels_of
 from network.engine.response.prediction import Prediction, answer_together
 from network.engine.response.run_plan import plan_of
-from network.engine.response.switchings import build_switched_course
+from network.engine.response.switchings import SwitchedCourse, build_switched_course
 from network.engine.response.waveform import course_of
 from network.engine.solvers.plan import Plan
 
@@ -42,11 +42,17 @@ def acts_by_heat(prediction: Prediction, name: str, step: float) -> bool:
     makes of a junction without mass, and no channel reads it."""
     network, readouts = prediction.course.problem.plan.network, prediction.course.readouts
     begins = readouts.states and len(network.massless)
-    if network.relays or network.melting or begins or readouts.rows[:, network.bound].any():
+    if network.melting or begins or readouts.rows[:, network.bound].any():
+        return False
+    if network.relays and _is_felt_by_relays(prediction.course, name, step):
         return False
     moved = {**prediction.inputs, name: prediction.inputs[name] + step}
     seen = channels_of(prediction.machine, readouts, prediction.course.readings, moved, prediction.run.channels)
     return np.array_equal(seen, prediction.values)
+
+
+def _is_felt_by_relays(course: LinearRun, name: str, step: float) -> bool:
+    return not isinstance(course, SwitchedCourse) or course.is_guarded_by(name, step)
 
 
 def _push_of(course: LinearRun, name: str, step: float) -> Push:
@@ -57,8 +63,9 @@ def _push_of(course: LinearRun, name: str, step: float) -> Push:
     sides = ({**of, name: of[name] + step} for of in (plan.left, plan.right))
     there = T.copy()
     there[:, network.bound] = np.concatenate([plan.evaluate_held(side) for side in sides])
-    off = np.zeros((2 * K, 0))
-    heat = (heat_into(network, there, u, off) - heat_into(network, T, course.inputs, off)) / step
+    on = np.zeros((K, 0)) if plan.modes is None else plan.modes
+    modes = np.concatenate([on, on])
+    heat = (heat_into(network, there, u, modes) - heat_into(network, T, course.inputs, modes)) / step
     heat[:, network.bound] = 0.0
     lumps = np.flatnonzero(heat.any(axis=0))
     return Push(lumps, heat[:K, lumps], heat[K:, lumps])

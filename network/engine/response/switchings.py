@@ -165,6 +165,17 @@ class SwitchedCourse(LinearRun):
         rates = np.einsum("en,en->e", self._gradients, self.rates[1][self._crossings - 1])
         return np.where(np.abs(rates) < LEAST_RATE, LEAST_RATE, rates)
 
+    def is_guarded_by(self, name: str, step: float) -> bool:
+        """Whether a step of an input moves a guard by itself: at a crossing, or through what is no state that a relay
+        reads."""
+        capacity = self.problem.plan.network.capacity
+        no_state = (capacity == 0) | np.isinf(capacity)
+        if any(R[:, no_state].any() for seen in self._seen for R in seen.group.reads):
+            return True
+        moved = [replace(seen, u={**seen.u, name: seen.u[name] + step}) for seen in self._seen]
+        return any((after.guards(after.group.law, after.readings) != seen.guards(seen.group.law, seen.readings)).any()
+                   for seen, after in zip(self._seen, moved, strict=True))  # fmt: skip
+
     def by_guard(self, parameter: Parameter, theta: float) -> Array:
         """∂g/∂θ at every event; the pause of a relay counts as a guard that comes later."""
         network, out, name = self.problem.plan.network, np.zeros(len(self.events)), str(parameter.entry)
