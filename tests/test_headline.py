@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from diagnosed import diagnosed, finding
@@ -67,6 +69,17 @@ def test_other_verdicts_tell_lumps_and_channels_apart(
     found: Diagnosis, verdict: str, findings: tuple[Finding, ...], told: str
 ) -> None:
     assert verdict_words(replace(found, verdict=verdict, findings=findings)).startswith(told)
+
+
+@pytest.mark.parametrize(
+    ("ended", "told"), [("", "nothing else is missing"), ("budget", "whether anything else is missing cannot be told")]
+)
+def test_finer_lumps_are_the_last_word_only_of_a_search_that_came_to_its_end(
+    found: Diagnosis, ended: str, told: str
+) -> None:
+    finer: Any = SimpleNamespace(lumps=found.machine.lumps + 1)
+    said = verdict_words(replace(found, verdict="too_coarse", findings=(CUT,), ended=ended, after=finer))
+    assert told in " ".join(said.split())
 
 
 @pytest.mark.parametrize(("ended", "is_untried"), [("budget", True), ("", False), ("stopped", False)])

@@ -889,7 +889,7 @@ def test_nothing_is_told_that_lumps_may_be_where_there_was_no_time_for_them(
     monkeypatch.setattr(verdict, "is_finer", lambda search: finer)
     monkeypatch.setattr(verdict, "find_unknown", lambda search: bare(name="unknown", kind="unknown"))
     found, said = verdict.decide_verdict(search, [], None, False)
-    assert ([f.name for f in found], said) == ((["unknown"], "unexplained") if finer else told)
+    assert ([f.name for f in found], said) == told
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,10 @@ UNENDED = "With its numbers calibrated {machine} leaves {left}; nothing was foun
 DIFFERS = (
     "{machine} and its recordings differ{where}{also}: {left} is left, and nothing that explains it was found so far."
 )
+COARSE = (
+    "{machine} is cut too coarsely{where}. With more lumps there {falls}; whether anything else is missing cannot be "
+    "told so far."
+)
 """Where the search did not come to its end, a verdict that names nothing says no more than that."""
 CLEAN, UNTOLD = ("adequate", "parameters_only"), 2.0
 """Verdicts that speak of recordings as explained, and misfit of a held-out run over that of the others from which it is
@@ -108,7 +112,7 @@ def verdict_words(d: Diagnosis) -> str:
         "found": found_words(d), "added": added_words(d), "misread": misread_words(d), "strained": strained_words(d),
         "where": place_words(d), "finer": finer and f" {finer}", "also": finer and f", also {finer}",
     }  # fmt: skip
-    so_far = {**dict.fromkeys(CLEAN, UNENDED), "unexplained": DIFFERS} if d.ended else {}
+    so_far = {**dict.fromkeys(CLEAN, UNENDED), "unexplained": DIFFERS, "too_coarse": COARSE} if d.ended else {}
     if _is_untaken(d):
         return (UNTRIED if _is_untried(d) else UNTAKEN).format_map(words) + ENDED.get(d.ended, "")
     told = STRAINED if _is_strained(d) else so_far.get(d.verdict, MEANING[d.verdict])

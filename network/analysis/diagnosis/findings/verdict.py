@@ -39,7 +39,7 @@ def decide_verdict(
         unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
         told = _put_in_order(best.machine, unnamed, [*map(_doubt_stop, findings)]) if unnamed else findings
         return [*told, *cut], "sensor_fault" if only_sensors else "missing_physics"
-    if not is_finer(search) and (coarse or (is_left and _may_be_lumps(search, jobs))):
+    if (coarse and not is_finer(search)) or (is_left and _may_be_lumps(search, jobs)):
         return cut, "too_coarse"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
         unknown = find_unknown(search)
