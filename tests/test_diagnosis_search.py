@@ -361,7 +361,11 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
         return SimpleNamespace(evidence=beside_heat.get("".join(h.found), 10 * h.evidence))
 
     monkeypatch.setattr(backward_elimination, "find_rest", find_rest)
-    monkeypatch.setattr(backward_elimination, "refit_with", lambda current, other: hypothesis("".join(other[0])))
+    monkeypatch.setattr(
+        backward_elimination,
+        "_leave_out_briefly",
+        lambda current, out: hypothesis("".join(current.found).replace(out, "")),
+    )
     monkeypatch.setattr(backward_elimination, "finish_fit", lambda h: h)
     monkeypatch.setattr(backward_elimination, "reweight", lambda case, h: h)
     monkeypatch.setattr(backward_elimination, "estimate_noise", lambda case, h: case)

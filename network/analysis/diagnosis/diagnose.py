@@ -8,7 +8,7 @@ from dataclasses import replace
 from network.analysis.calibration.identifiability_report import describe_disagreements
 from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.null import Null, estimate_null
-from network.analysis.calibration.one_machine import find_disagreements
+from network.analysis.calibration.one_machine import Disagreement, find_disagreements
 from network.analysis.diagnosis.findings.conclusion import conclude
 from network.analysis.diagnosis.findings.holdout_admission import Intake, admit_runs
 from network.analysis.diagnosis.findings.result import Diagnosis
@@ -55,9 +55,18 @@ def diagnose(
         found = last_of(search(case, null, seed, jobs, tell), searched)
         say(tell, "judging what was found, also on what was held out")
         left = 1 if found.ended == "stopped" else jobs  # a stop ends the other processes
-        apart = find_disagreements(null, left) if found.best.chi > SETTINGS.adequate else ()
-        told = conclude(found, before, (*let_in.warnings, *describe_disagreements(apart)), seed, left)
-    return replace(told, disagreements=apart, seconds=budget.spent)
+        told = conclude(found, before, let_in.warnings, seed, left)
+        apart = _find_disagreements(null, found.best.chi, left, budget)
+    notes = (*told.notes, *describe_disagreements(apart or ()))
+    return replace(told, notes=notes, disagreements=apart, seconds=budget.spent)
+
+
+def _find_disagreements(null: Null, chi: float, jobs: int, budget: TimeBudget) -> tuple[Disagreement, ...] | None:
+    """Numbers that the runs want differently, looked for once all else is told: none where little is left (χ), None
+    where there is no time to look."""
+    if chi <= SETTINGS.adequate:
+        return ()
+    return None if budget.is_past(1.0) else find_disagreements(null, jobs)
 
 
 def _simulate_first(

@@ -55,7 +55,13 @@ def _find_exchanged(h: Hypothesis, is_finest: bool, score: Score) -> Found:
 
 
 def _find_stopped(h: Hypothesis, is_finest: bool, score: Score) -> Found:
-    return find_standstill(h, partial(score, h))
+    return _find_stopped_once(SameFit(h))
+
+
+@lru_cache(maxsize=1)
+def _find_stopped_once(same: SameFit) -> Found:
+    """Looked for as often as `_find_fault_once`."""
+    return find_standstill(same.of, partial(_best_score, 1, same.of))
 
 
 def set_right_on_lumps(
@@ -64,6 +70,8 @@ def set_right_on_lumps(
     """The same on finer lumps than those of the machine as written, where readings were looked at before: on those that
     the readings as they are take (finest), or that they take once two channels are put back. Where lumps hardly matter
     those of the machine as written stand for them."""
+    if finest.chi <= SETTINGS.noise:
+        return None, finest
     is_alike = hardly_matter(finest, written)
     if finest is not written and (coarse := written if is_alike else build_surrogate(finest)).machine.lumps <= MANY:
         fault, mended = set_right(coarse, jobs, is_finest=True)

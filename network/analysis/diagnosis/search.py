@@ -30,6 +30,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.forward_selection import select_forward
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import unseen_misfit
+from network.analysis.diagnosis.time_budget import BudgetReached
 from network.analysis.diagnosis.tracks import Track, list_begins, list_tracks
 from network.platform.refusal import Failed
 
@@ -47,6 +48,7 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     states = _search_from(begun, seed, jobs, tell)
     yield (now := next(states))
     if not _is_found_again(now, first):
+        yield first
         states = _search_from(first, seed, jobs, tell, sets_right=False)
         yield (now := next(states))
     if now.fault is not None and now.fault.competes and now.null.chi > SETTINGS.adequate:
@@ -109,8 +111,12 @@ def _lay_alike(now: Search, other: Search) -> Hypothesis:
 
 
 def _search_beside(found: Search, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
-    """What a search comes to on readings set right, where a fault of them shows beside what was found."""
-    fault, mended = set_right(reweight(found.best.case, found.best), jobs)
+    """What a search comes to on readings set right, where a fault of them shows beside what was found. Where the time
+    is up before that is known, this was no part of the search."""
+    try:
+        fault, mended = set_right(reweight(found.best.case, found.best), jobs)
+    except BudgetReached:
+        return
     if fault is not None:
         *_, last = _search_from(_with_fault(found, fault, mended), seed, jobs, tell)
         yield last
@@ -129,10 +135,26 @@ def _with_fault(now: Search, fault: ReadingFault, mended: Hypothesis) -> Search:
 def _search_from(
     now: Search, seed: int, jobs: int, tell: Callable[[float], None], sets_right: bool = True
 ) -> Iterator[Search]:
-    """Ever better states from the machine as written; sets_right: whether readings may be at fault."""
+    """Ever better states from the machine as written; sets_right: whether readings may be at fault. Where the time is
+    up before the first, what is known of finer lumps."""
     now = now.allot()
     levels = refine_lumps(now.case, now.written, jobs)
     tell(0.1)
+    try:
+        now, begins = _settle_null(now, levels, jobs, tell, sets_right)
+    except BudgetReached:
+        yield _begin_from(now, max(levels, key=_evidence))
+        raise
+    yield now
+    states = _follow_tracks(now, list_tracks(now.null, now.written, begins, seed, jobs), seed, jobs, tell)
+    yield from states if now.unrecorded is None else weigh_unrecorded(now.unrecorded, states)
+
+
+def _settle_null(
+    now: Search, levels: Sequence[Hypothesis], jobs: int, tell: Callable[[float], None], sets_right: bool
+) -> tuple[Search, list[Hypothesis]]:
+    """The null on the lumps that it takes, on readings that were set right, under the noise that it leaves; and what
+    steps may go from."""
     may_mend, finest = now.fault is None and sets_right, max(levels, key=_evidence)
     fault, mended = set_right_on_lumps(now.written, finest, jobs) if may_mend else (None, finest)
     if fault is not None:
@@ -147,11 +169,13 @@ def _search_from(
     written = reweight(case, levels[0])
     begins = [written if h is levels[0] else reweight(case, h) for h in list_begins(levels, best)]
     null = max(begins, key=_evidence)
-    now = replace(now, case=case, written=written, null=null, selection=Selection(null), screened=Screening(null))
-    now = replace(now, unrecorded=find_unrecorded(null))
-    yield now
-    states = _follow_tracks(now, list_tracks(null, written, begins, seed, jobs), seed, jobs, tell)
-    yield from states if now.unrecorded is None else weigh_unrecorded(now.unrecorded, states)
+    now = _begin_from(replace(now, case=case, written=written), null)
+    return replace(now, unrecorded=find_unrecorded(null)), begins
+
+
+def _begin_from(now: Search, null: Hypothesis) -> Search:
+    """With another null, of which nothing is known yet."""
+    return replace(now, null=null, selection=Selection(null), screened=Screening(null))
 
 
 def _choose_level(levels: Sequence[Hypothesis]) -> Hypothesis:
@@ -183,7 +207,8 @@ def _is_taken(selection: Selection, track: Track, before: Search) -> bool:
     whatever those of the null come to where nothing was found."""
     if track.begin is before.null and not before.best.found:
         return True
-    return (selection.is_checked or not before.best.found) and _beats(selection, before, before.case)
+    is_tested = before.selection.is_checked or bool(before.best.found)
+    return (selection.is_checked or not is_tested) and _beats(selection, before, before.case)
 
 
 def _beats(selection: Selection, best: Search, case: Case) -> bool:

@@ -50,11 +50,19 @@ UNENDED = "With its numbers calibrated {machine} leaves {left}; nothing was foun
 DIFFERS = (
     "{machine} and its recordings differ{where}{also}: {left} is left, and nothing that explains it was found so far."
 )
+MISREADS = (
+    "{machine}{finer}: {misread}. With that counted in, {falls}; whether its physics holds beside that cannot be told "
+    "so far."
+)
 COARSE = (
     "{machine} is cut too coarsely{where}. With more lumps there {falls}; whether anything else is missing cannot be "
     "told so far."
 )
 """Where the search did not come to its end, a verdict that names nothing says no more than that."""
+SO_FAR = {
+    "adequate": UNENDED, "parameters_only": UNENDED, "unexplained": DIFFERS, "too_coarse": COARSE,
+    "sensor_fault": MISREADS,
+}  # fmt: skip
 CLEAN, UNTOLD = ("adequate", "parameters_only"), 2.0
 """Verdicts that speak of recordings as explained, and misfit of a held-out run over that of the others from which it is
 not."""
@@ -97,6 +105,8 @@ NEXT_ROOM = (
     "else may be missing."
 )
 """Where surroundings are not what is given for them."""
+NEXT_MISREAD = "Check, move or exchange that sensor, record again, and diagnose again with more time."
+"""Where the time was up before anything was looked for beside a sensor."""
 NEXT_CHANNEL = (
     "Check that sensor and what it is fixed to first: it reads what no heat in this machine would make it read. The "
     "patch holds only what did hold."
@@ -112,7 +122,7 @@ def verdict_words(d: Diagnosis) -> str:
         "found": found_words(d), "added": added_words(d), "misread": misread_words(d), "strained": strained_words(d),
         "where": place_words(d), "finer": finer and f" {finer}", "also": finer and f", also {finer}",
     }  # fmt: skip
-    so_far = {**dict.fromkeys(CLEAN, UNENDED), "unexplained": DIFFERS, "too_coarse": COARSE} if d.ended else {}
+    so_far = SO_FAR if d.ended else {}
     if _is_untaken(d):
         return (UNTRIED if _is_untried(d) else UNTAKEN).format_map(words) + ENDED.get(d.ended, "")
     told = STRAINED if _is_strained(d) else so_far.get(d.verdict, MEANING[d.verdict])
@@ -177,6 +187,8 @@ def next_words(d: Diagnosis) -> str:
         return NEXT_STRAINED
     if d.verdict == "sensor_fault" and any(f.is_stop for f in d.findings):
         return NEXT_STOP
+    if d.verdict == "sensor_fault" and d.ended:
+        return NEXT_MISREAD
     return "" if d.ended and d.verdict in CLEAN else NEXT[d.verdict]
 
 

@@ -80,6 +80,7 @@ class Diagnosis(Tabled):
 
     machine: as given; before: as given, calibrated; after: with the findings in it, calibrated; tried: every rival of
     the first finding that was fitted, best first; notes: sentences about the recordings and what cannot be told;
+    disagreements: numbers that the runs want differently, None where there was no time to look;
     explained: share of the misfit on fitted runs, each told by the others (of a single run on its end), that the
     findings take away; ended: `budget`, `stopped` or `broken` where the search did not come to its end; refuted: why
     what was found is not told; unsearched: what was not looked for; screened: the map of gains.
@@ -100,7 +101,7 @@ class Diagnosis(Tabled):
     seed: int
     seconds: float = 0.0
     patch: Mapping[str, Any] = field(default_factory=dict)
-    disagreements: tuple[Disagreement, ...] = ()
+    disagreements: tuple[Disagreement, ...] | None = ()
     explained: float = 0.0
     ended: str = ""
     refuted: tuple[str, ...] = ()
@@ -118,10 +119,14 @@ class Diagnosis(Tabled):
             "advice": [e.summary() | ({"scenario": experiment_file(k)} if e.scenario else {})
                        for k, e in enumerate(self.advice, 1)], "machine": "machine.diagnosed.yaml",
             "seconds": self.seconds, "seed": self.seed, "notes": list(self.notes),
-            "one_machine": {"agree": not self.disagreements, "numbers": [d.summary() for d in self.disagreements]},
+            "one_machine": self._summarise_agreement(),
             "runs": self.fits.list_runs({n: s.unit for n, s in self.machine.sensors.items()}),
             "left": {"rmse_in_noise": self.fits.left, "share_explained": self.explained},
             "budget_reached": self.ended == "budget", "stopped": self.ended == "stopped", "refuted": list(self.refuted),
             "settings": SETTINGS.summary(), "not_searched": [u.summary() for u in self.unsearched],
             "gains": [g.summary() for g in self.screened],
         }  # fmt: skip
+
+    def _summarise_agreement(self) -> dict[str, Any]:
+        agree = None if self.disagreements is None else not self.disagreements
+        return {"agree": agree, "numbers": [d.summary() for d in self.disagreements or ()]}

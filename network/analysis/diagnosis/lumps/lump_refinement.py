@@ -32,6 +32,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis,
 from network.analysis.diagnosis.screening.screen import whiten
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.ranking import best_of
+from network.analysis.diagnosis.time_budget import BudgetReached
 from network.analysis.sweep.finer_lumps import bars_of, cut_bars
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
@@ -80,13 +81,18 @@ def list_structural(machine: Machine) -> list[Candidate]:
 
 def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothesis]:
     """The machine as written, then on the lumps that it takes at its numbers, and again at those that it has there,
-    while that helps and there is time for it."""
+    while that helps and there is time for it. Raises BudgetReached where none finer were fitted until then."""
     levels = [written]
     for _ in range(LEVELS):
         best = max(levels, key=lambda h: h.evidence)
         if levels[-1].chi < SETTINGS.noise or is_late(levels[-1]):
             break
-        fitted = _fit_first_that_matters(case, levels, best, jobs)
+        try:
+            fitted = _fit_first_that_matters(case, levels, best, jobs)
+        except BudgetReached:
+            if len(levels) == 1:
+                raise
+            break
         if fitted is None:
             break
         levels.append(fitted)

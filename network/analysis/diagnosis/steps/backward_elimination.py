@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import compact
-from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis, SameFit
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, reweight
 from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, share_of_rest
 from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
@@ -81,8 +81,20 @@ def _keep_what_predicts(
 
 
 def _without(before: Hypothesis, current: Hypothesis, out: Candidate) -> Hypothesis | None:
-    rest = [c for c in current.found if c is not out]
-    return fit_findings(current.case, current.root, rest, current.values, steps=STEPS) if rest else before
+    return _leave_out(SameFit(current), out.key) if len(current.found) > 1 else before
+
+
+def _leave_out_briefly(current: Hypothesis, out: Candidate) -> Hypothesis | None:
+    found = _leave_out(SameFit(current), out.key)
+    return found and compact(found)
+
+
+@lru_cache(maxsize=4)
+def _leave_out(same: SameFit, out: tuple[str, ...]) -> Hypothesis | None:
+    """A hypothesis without one of its findings, which is asked for by each test of them."""
+    current = same.of
+    rest = [c for c in current.found if c.key != out]
+    return fit_findings(current.case, current.root, rest, current.values, steps=STEPS)
 
 
 def share_explained(before: float, after: float) -> float:
@@ -120,8 +132,7 @@ def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -
     not show where they were not chosen; and the evidence that each of the rest adds."""
     gains: list[float] = []
     while current.found:
-        rests = [[c for c in current.found if c is not out] for out in current.found]
-        less = run_all(partial(refit_with, current), [(rest, current.values) for rest in rests], jobs)
+        less = run_all(partial(_leave_out_briefly, current), current.found, jobs)
         rest = find_rest(current) if is_apart and len(current.found) > 1 else None
         tried = [
             (c, h, rest is not None and _is_of_one_half(now, c) and not _completes(h, now.best))

@@ -50,8 +50,10 @@ def select_next(
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
     if is_told_so_far(current):
         yield take_first(current, seen.before, ranked, threshold), ranked
-    ranked = rank_beside_rest(ranked, jobs)
+    foremost, ranked = ranked[:1], rank_beside_rest(ranked, jobs)
     tried = list_contenders(current, seen.before, ranked, jobs)
+    if is_told_so_far(current) and _is_another(tried, foremost):
+        yield take_first(current, seen.before, tried, threshold), ranked
     kept = accept_best(current, seen.before, tried, threshold, jobs)
     yield kept, ranked
     is_due = (kept or current).chi > SETTINGS.adequate and not _is_next(current, kept)
@@ -84,6 +86,12 @@ def _begin_trials(
 def _leaves_little(before: Hypothesis, trials: TrialFits, h: Hypothesis) -> bool:
     """Whether so little is left that nothing has to be looked for in its stead."""
     return h.chi <= trials.little or explains_most(before, h)
+
+
+def _is_another(tried: Sequence[Hypothesis], told: Sequence[Hypothesis]) -> bool:
+    """Whether the first that may be kept is none that was told first."""
+    keys = [[c.key for h in of[:1] for c in h.found[-1:]] for of in (tried, told)]
+    return bool(tried) and keys[0] != keys[1]
 
 
 def _is_better(new: Hypothesis | None, told: Hypothesis | None) -> bool:
