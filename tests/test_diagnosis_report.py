@@ -35,10 +35,11 @@ from network.report.figures.fit_figure import fit_figure
 from network.report.figures.gains_figure import gains_figure
 from network.report.figures.heat_figure import heat_figure, order_inputs
 from network.report.figures.lit_figure import lit_figure, lit_paths, moves_of
-from network.report.files.diagnosis_files import check_target, tidy, write_diagnosis
+from network.report.files.diagnosis_files import check_target, write_diagnosis
 from network.report.files.diagnosis_patch import patch_text
 from network.report.files.diagnosis_pictures import pictures_of
 from network.report.files.page import basis, is_tall
+from network.report.files.result_files import tidy
 from network.report.words import moved_words
 from network.report.words.diagnosis_words import fit_rows
 from network.report.words.effect_words import effect_summary, movements

@@ -95,7 +95,7 @@ def diagnose(
     with share_bar(f"diagnosing {machine.name}") as bar:
         from network.analysis.diagnosis.diagnose import diagnose as run
         from network.recordings.channel_match import overheard
-        from network.report.files.diagnosis_files import check_target, summarise_diagnosis, tidy, write_diagnosis
+        from network.report.files.diagnosis_files import check_target, summarise_diagnosis, write_diagnosis
 
         results_go_to(output)
         read = recordings_of(recordings)
@@ -108,7 +108,7 @@ def diagnose(
             written = write_diagnosis(result, where, pictures=not no_plots)
         text = "" if as_json else str(result)
     doubts = [*overheard(loaded, runs, held_out), *warn_of_extrapolation(loaded, [*runs, *held_out])]
-    tell_result(text, lambda: tidy(summarise_diagnosis(result)), written, as_json, [*loaded.warnings, *doubts])
+    tell_result(text, lambda: summarise_diagnosis(result), written, as_json, [*loaded.warnings, *doubts])
     if result.ended == "stopped":
         raise KeyboardInterrupt
 

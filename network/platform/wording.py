@@ -1,5 +1,15 @@
 """Small matters of sentences."""
 
+import textwrap
+
+WIDTH = 116
+"""Of the lines of a file."""
+
+
+def comment(words: str) -> list[str]:
+    """Comment lines of a file."""
+    return textwrap.wrap(" ".join(words.split()), WIDTH, initial_indent="# ", subsequent_indent="#   ")
+
 
 def sentence(words: str) -> str:
     """The words, the first letter large."""

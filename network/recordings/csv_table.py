@@ -49,7 +49,6 @@ class Table:
     headings: tuple[Heading, ...]
     cells: Array
     lines: Indices
-    header: Header
 
 
 ROWS = 1000
@@ -95,7 +94,7 @@ def table(path: Path, choose: Choose, complaints: Complaints, layout: Layout | N
     header, rows = check_rows(path, *table_rows(path, layout))
     headings = choose(header, complaints)
     if not headings:
-        return Table(str(path), (), np.empty((0, 0)), np.empty(0, int), header)
+        return Table(str(path), (), np.empty((0, 0)), np.empty(0, int))
     faults = Alike(str(path))
     quick = _read_clean(path, len(header.labels), headings) if layout.is_plain and header.line == 1 else None
     cells, lines = quick or _read_texts(rows, header, headings, layout, faults)
@@ -103,7 +102,7 @@ def table(path: Path, choose: Choose, complaints: Complaints, layout: Layout | N
     if len(cells) < 2 and not complaints.refusals:
         wrong = "has only one row of values" if len(cells) else "has a header and no values"
         complaints.refuse(Spot(str(path)), wrong, "give at least two rows below the header")
-    return Table(str(path), tuple(headings), cells, lines, header)
+    return Table(str(path), tuple(headings), cells, lines)
 
 
 def _read_clean(path: Path, width: int, headings: Sequence[Heading]) -> tuple[Array, Indices] | None:

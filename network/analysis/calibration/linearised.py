@@ -219,18 +219,11 @@ def weigh_anew(at: Linearised, problem: Problem) -> Linearised:
     return Linearised(problem, at.theta, at.predictions, rows, at.made_at, at.eta_made_at)
 
 
-def list_mean_slopes(
-    problem: Problem, theta: Array, predictions: tuple[Prediction, ...], is_whole: bool = True
-) -> list[Array]:
-    """∂(cells' means)/∂(θ, own nuisances) of every run (unknowns, channels · cells), not whitened; by θ alone where it
-    is not whole."""
-    return [slopes.whole for slopes in divide_mean_slopes(problem, theta, predictions, is_whole)]
-
-
 def divide_mean_slopes(
     problem: Problem, theta: Array, predictions: tuple[Prediction, ...], is_whole: bool = True, is_rough: bool = False
 ) -> list[Answers]:
-    """The same apart by laws; is_rough: without what bent laws add."""
+    """∂(cells' means)/∂(θ, own nuisances) of every run (unknowns, channels · cells), not whitened, apart by laws; by θ
+    alone where it is not whole; is_rough: without what bent laws add."""
     pushes = [d.pushes(p.course) for d, p in zip(problem.data, predictions, strict=True)] if is_whole else None
     means = problem.model.divide_slopes(theta, predictions, pushes, is_rough)
     steps = [{n.name: n.spread for n in d.inputs} if is_whole else {} for d in problem.data]

@@ -54,13 +54,6 @@ class ChannelTests:
     window: Window | None
     spikes: Spikes | None = None
 
-    @property
-    def sentences(self) -> list[str]:
-        """What is significant."""
-        regimes = (self.regimes,) if self.regimes is not None and self.regimes.differs else ()
-        found = (self.spikes, self.whiteness, self.period, *self.drivers, *self.companions, *regimes)
-        return [result.sentence for result in found if result is not None]
-
     def summary(self) -> dict[str, Any]:
         """The key `tests` of `compare --json`."""
         one = {"whiteness": self.whiteness, "period": self.period, "regimes": self.regimes, "worst": self.window}

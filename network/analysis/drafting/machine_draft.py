@@ -27,13 +27,12 @@ from network.machine.machine import Machine
 from network.platform.printing import Result
 from network.platform.quantities.units import show
 from network.platform.refusal import Complaints, Spot, refuse
-from network.platform.wording import join_names
+from network.platform.wording import comment, join_names
 from network.platform.yaml.document import Branch, dump, parse
 from network.recordings.call_arguments import as_several
 from network.recordings.recording import Recording
 
 FILE = "machine.yaml"
-WIDTH = 116
 DRAFTED = "# Draft from "
 """What a drafted file begins with, until somebody makes it his own."""
 
@@ -156,8 +155,3 @@ def _write(
             lines += [f"  {line}" for sentence in told for line in comment(sentence)]
             lines += textwrap.indent(dump({name: body}), "  ").splitlines()
     return "\n".join(lines) + "\n"
-
-
-def comment(sentence: str) -> list[str]:
-    """Comment lines of a file."""
-    return textwrap.wrap(sentence, WIDTH, initial_indent="# ", subsequent_indent="#   ")

@@ -113,11 +113,6 @@ class Extremes:
         return cls(float(shown.max()), float(shown.min()), float(shown[-1]), axis_unit(axis))
 
     @property
-    def furthest(self) -> float:
-        """The extreme that is further from zero."""
-        return max(self.highest, self.lowest, key=abs)
-
-    @property
     def numbers(self) -> tuple[float, ...]:
         return tuple(getattr(self, name) for name in self.NUMBERS)
 

@@ -26,12 +26,7 @@ from network.engine.response.output_jacobian import Slopes, channels_of, see_rea
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, divide_together, joint_of
 from network.engine.response.run_plan import plan_of, start_of
-from network.engine.response.switchings import (
-    SwitchedCourse,
-    build_course_about,
-    build_switched_course,
-    check_followed,
-)
+from network.engine.response.switchings import SwitchedCourse, build_course_about, build_switched_course, check_followed
 from network.engine.response.warm_start import WarmStart
 from network.engine.response.waveform import course_of
 from network.engine.solvers.elimination import KnownRegimes

@@ -10,16 +10,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.platform.quantities.text_table import digits
-from network.report.figures.canvas import (
-    FONT,
-    GREY,
-    INK,
-    PALETTE,
-    SMALL,
-    size_of,
-    text_size,
-    write_title,
-)
+from network.report.figures.canvas import FONT, GREY, INK, PALETTE, SMALL, size_of, text_size, write_title
 from network.report.figures.named_rows import lay_rows
 from network.report.words.finding_words import rival_name, to_sigma
 

@@ -15,15 +15,7 @@ from network.platform.quantities.number_format import number
 from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
 from network.recordings.inputs import Signal
-from network.report.figures.canvas import (  # fmt: skip
-    GREY,
-    INK,
-    PALETTE,
-    look,
-    new_figure,
-    shorten,
-    write_title,
-)
+from network.report.figures.canvas import GREY, INK, PALETTE, look, new_figure, shorten, write_title
 from network.report.figures.labels import EndLabel
 from network.report.figures.lines import clock, decimate_together, outline
 from network.report.figures.panels import Curve, Panel, Shade, draw_panels, panel_of

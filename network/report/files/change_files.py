@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from network.machine.file_layers import patch_from
 from network.platform.publication import publication
+from network.platform.wording import comment
 from network.platform.yaml.document import dump
-from network.report.files.diagnosis_files import DIAGNOSIS, tidy
-from network.report.files.diagnosis_patch import FILE, comment
+from network.report.files.diagnosis_files import DIAGNOSIS
+from network.report.files.diagnosis_patch import FILE
 from network.report.files.result_files import as_json
 from network.report.words.change_words import explain, tell_nothing
 
@@ -22,7 +23,7 @@ def write_changes(found: Changes, where: Path, pictures: bool = True) -> list[Pa
     """All of it or nothing. Raises Refused where a file cannot be written."""
     with publication(where, DIAGNOSIS) as draft:
         (draft / FILE).write_text(_patch_text(found, where), encoding="utf-8", newline="\n")
-        (draft / "diagnosis.json").write_text(as_json(tidy(found.summary())), encoding="utf-8", newline="\n")
+        (draft / "diagnosis.json").write_text(as_json(found.summary()), encoding="utf-8", newline="\n")
         if pictures:
             from network.report.figures.canvas import save
             from network.report.figures.change_figure import change_figure

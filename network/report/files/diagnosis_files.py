@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -55,7 +53,7 @@ def _fill(d: Diagnosis, draft: Path, where: Path, pictures: bool) -> None:
     runs = {experiment_file(k): dump(e.scenario) for k, e in enumerate(d.advice, 1) if e.scenario}
     texts = {
         FILE: patch,
-        "diagnosis.json": as_json(tidy(summarise_diagnosis(d))),
+        "diagnosis.json": as_json(summarise_diagnosis(d)),
         "report.html": page(d, drawn, patch, where),
     } | runs
     for name, content in texts.items():
@@ -73,14 +71,3 @@ def _draw(picture: Picture, draft: Path) -> Shown:
 
     path = save(picture.draw(), draft / picture.name)
     return Shown(picture.name, picture.place, picture.caption, path.read_bytes())
-
-
-def tidy(value: Any) -> Any:
-    """Plain values that JSON knows: numbers of numpy as numbers, nothing for what is infinite."""
-    if isinstance(value, Mapping):
-        return {str(key): tidy(child) for key, child in value.items()}
-    if isinstance(value, list | tuple):
-        return [tidy(child) for child in value]
-    if hasattr(value, "tolist"):
-        return tidy(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value

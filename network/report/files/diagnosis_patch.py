@@ -11,7 +11,7 @@ from network.catalogue.declaration.patch import Patch
 from network.catalogue.declaration.proposals import fresh
 from network.catalogue.declaration.sections import depth
 from network.machine.file_layers import patch_from
-from network.platform.wording import join_names
+from network.platform.wording import comment, join_names
 from network.platform.yaml.document import dump
 from network.report.words.recording_names import name_recording
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from network.analysis.diagnosis.findings.result import Diagnosis
 
 FILE = "machine.diagnosed.yaml"
-WIDTH = 116
 CALIBRATED = "# calibrated"
 
 
@@ -38,10 +37,6 @@ def _remarks(d: Diagnosis) -> Iterator[str]:
     told = [f.whole_sentence for f in d.findings] or ["Nothing is missing that these recordings would show."]
     for sentence in (*told, f"Diagnosed by lptn on {names}: value ± standard error."):
         yield from comment(sentence)
-
-
-def comment(sentence: str) -> list[str]:
-    return textwrap.wrap(" ".join(sentence.split()), WIDTH, initial_indent="# ", subsequent_indent="#   ")
 
 
 def _sections(d: Diagnosis, changed: Patch) -> Iterator[str]:

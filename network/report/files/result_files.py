@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
@@ -27,16 +28,19 @@ RUN = Kind("summary.json", ("run.png", "network.png", "contributions.png", "sour
 
 
 def as_json(value: Mapping[str, Any]) -> str:
-    """JSON text; NaN becomes null."""
-    return json.dumps(_finite(value), indent=1, ensure_ascii=False) + "\n"
+    """JSON text; what is no number or infinite becomes null."""
+    return json.dumps(tidy(value), indent=1, ensure_ascii=False) + "\n"
 
 
-def _finite(value: Any) -> Any:
+def tidy(value: Any) -> Any:
+    """Plain values that JSON knows: numbers of numpy as numbers, nothing for what is infinite."""
     if isinstance(value, Mapping):
-        return {key: _finite(child) for key, child in value.items()}
+        return {str(key): tidy(child) for key, child in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(child) for child in value]
-    return None if isinstance(value, float) and value != value else value
+        return [tidy(child) for child in value]
+    if hasattr(value, "tolist"):
+        return tidy(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def write_table(path: Path, header: Iterable[object], rows: Iterable[Iterable[object]]) -> None:

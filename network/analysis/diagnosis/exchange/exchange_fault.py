@@ -31,13 +31,7 @@ class ExchangeFault(ReadingFault):
     share: float
     beside: tuple[Rival, ...] = ()
 
-    @property
-    def kind(self) -> str:
-        return SensorSwap.kind
-
-    @property
-    def section(self) -> str:
-        return "sensors"
+    kind, section, competes = SensorSwap.kind, "sensors", True
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -72,10 +66,6 @@ class ExchangeFault(ReadingFault):
     @property
     def patch(self) -> Patch:
         return self.swap.patch if self.is_machines else Patch({})
-
-    @property
-    def competes(self) -> bool:
-        return True
 
     @property
     def rivals(self) -> tuple[Rival, ...]:

@@ -13,7 +13,7 @@ from operator import add
 
 import numpy as np
 
-from network.analysis.calibration.linearised import Linearised, list_mean_slopes
+from network.analysis.calibration.linearised import Linearised, divide_mean_slopes
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.noise import Whitener
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair, exchange_columns
@@ -121,7 +121,7 @@ def list_runs(at: Linearised) -> tuple[RunEquations, ...]:
     problem = at.problem
     network = problem.model.at(at.theta)[1]
     offsets = tuple(n.name for n in problem.offsets)
-    slopes = list_mean_slopes(problem, at.theta, at.predictions)
+    slopes = [of.whole for of in divide_mean_slopes(problem, at.theta, at.predictions)]
     runs = zip(problem.data, problem.whiteners, at.predictions, slopes, strict=True)
     return tuple(_run(data, w, network, p.cells, by, offsets, at.free) for data, w, p, by in runs)
 

@@ -38,6 +38,8 @@ LEFT = 0.5
 class ChannelFault(ReadingFault):
     """A fault of one channel."""
 
+    confidence = FAULTY
+
     @property
     @abstractmethod
     def channel(self) -> str:
@@ -46,10 +48,6 @@ class ChannelFault(ReadingFault):
     @property
     def channels(self) -> tuple[str, ...]:
         return (self.channel,)
-
-    @property
-    def confidence(self) -> float:
-        return FAULTY
 
     def set_right(self, case: Case) -> Case:
         return self.correct(case)

@@ -18,10 +18,7 @@ from network.analysis.calibration.linearised import linearise
 from network.analysis.diagnosis.hypotheses.falling_short import leaves_too_much, share_shown
 from network.analysis.diagnosis.hypotheses.few_runs import FEW, SEARCHED, list_worst_runs, on_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.intermittent.channel_fault import (
-    LEFT,
-    PER_WINDOW,
-)
+from network.analysis.diagnosis.intermittent.channel_fault import LEFT, PER_WINDOW
 from network.analysis.diagnosis.intermittent.corrected_onset import Corrected, correct_onset
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.onset_fault import OnsetFault

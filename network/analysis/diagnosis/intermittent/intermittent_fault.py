@@ -26,13 +26,7 @@ from network.analysis.diagnosis.intermittent.change_points import (
     find_loose_contact,
     find_steps,
 )
-from network.analysis.diagnosis.intermittent.channel_fault import (
-    LEFT,
-    ChannelFault,
-    fit_both,
-    inside,
-    is_mended,
-)
+from network.analysis.diagnosis.intermittent.channel_fault import LEFT, ChannelFault, fit_both, inside, is_mended
 from network.analysis.diagnosis.intermittent.channel_samples import (
     at_share,
     change_of,

@@ -31,13 +31,8 @@ class StandstillFault(ReadingFault):
     std: tuple[float, float]
     sure: float
 
-    @property
-    def kind(self) -> str:
-        return InputFault.kind
-
-    @property
-    def section(self) -> str:
-        return InputFault.section
+    kind, section = InputFault.kind, InputFault.section
+    needed, competes, stands_alone = (), True, True
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -72,18 +67,6 @@ class StandstillFault(ReadingFault):
     @property
     def confidence(self) -> float:
         return self.sure
-
-    @property
-    def needed(self) -> tuple[str, ...]:
-        return ()
-
-    @property
-    def competes(self) -> bool:
-        return True
-
-    @property
-    def stands_alone(self) -> bool:
-        return True
 
     @property
     def changes_machine(self) -> bool:

@@ -12,9 +12,7 @@ from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.hypotheses.hypothesis_fit import (
-    linearise_narrowed,
-)
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import linearise_narrowed
 from network.analysis.diagnosis.lumps.coarse_surrogate import SMALL
 from network.analysis.diagnosis.screening.screen import SHOWS, Score, score_candidates
 from network.analysis.diagnosis.steps.placement import move_stretch

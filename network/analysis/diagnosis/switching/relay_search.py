@@ -31,12 +31,7 @@ from network.analysis.diagnosis.switching.relay_fits import (
     leave_of_null,
     linearise_firmly,
 )
-from network.analysis.diagnosis.switching.relay_samples import (
-    Drawn,
-    draw_over_whole,
-    draw_samples,
-    find_onset,
-)
+from network.analysis.diagnosis.switching.relay_samples import Drawn, draw_over_whole, draw_samples, find_onset
 from network.analysis.diagnosis.switching.written_numbers import write_own
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
