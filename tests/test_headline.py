@@ -84,7 +84,7 @@ def test_finer_lumps_are_the_last_word_only_of_a_search_that_came_to_its_end(
 def test_physics_hold_beside_a_sensor_only_where_they_were_looked_at(found: Diagnosis, ended: str, holds: bool) -> None:
     d = replace(found, verdict="sensor_fault", findings=(SLOW,), ended=ended)
     assert verdict_words(d).startswith("The physics of test holds; T_motor" if holds else "test: T_motor does not read")
-    assert ("leave the physics of the machine as it is" in next_words(d)) is holds
+    assert ("Leave the physics of the machine as it is" in next_words(d)) is holds
     assert ("cannot be told so far" in verdict_words(d)) is not holds
 
 

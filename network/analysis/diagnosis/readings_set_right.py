@@ -69,7 +69,7 @@ def set_right_on_lumps(
 ) -> tuple[ReadingFault | None, Hypothesis]:  # fmt: skip
     """The same on finer lumps than those of the machine as written, where readings were looked at before: on those that
     the readings as they are take (finest), or that they take once two channels are put back. Where lumps hardly matter
-    those of the machine as written stand for them."""
+    those of the machine as written stand for them. Nothing is looked for where only noise is left."""
     if finest.chi <= SETTINGS.noise:
         return None, finest
     is_alike = hardly_matter(finest, written)

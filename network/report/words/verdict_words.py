@@ -58,7 +58,7 @@ COARSE = (
     "{machine} is cut too coarsely{where}. With more lumps there {falls}; whether anything else is missing cannot be "
     "told so far."
 )
-"""Where the search did not come to its end, a verdict that names nothing says no more than that."""
+"""Where the search did not come to its end, a verdict says no more than that."""
 SO_FAR = {
     "adequate": UNENDED, "parameters_only": UNENDED, "unexplained": DIFFERS, "too_coarse": COARSE,
     "sensor_fault": MISREADS,
@@ -81,8 +81,7 @@ NEXT = {
     "too_coarse": "Keep the finer parts. Judge what else may be missing only with them.",
     "missing_physics": "Look at the machine for it. If it is there, copy its entry from machine.diagnosed.yaml into "
     "your file, or keep that file where it is: it names yours by its path.",
-    "sensor_fault": "Check, move or exchange that sensor and record again, and leave the physics of the machine as it "
-    "is.",
+    "sensor_fault": "Check, move or exchange that sensor and record again.",
     "unexplained": "Look at the machine where heat or movement is unaccounted for, with its history in hand. The patch "
     "holds only what did hold.",
 }
@@ -97,16 +96,16 @@ NEXT_UNTRIED = "Diagnose again with more time, or give its parts more lumps in t
 """Where the time was up before lumps were fine enough."""
 NEXT_STOP = (
     "Ask who ran the machine what happened then. Where it did stand, record with the next runs what says so: the "
-    "control's own state, a current, a speed that is measured. Leave the physics of the machine as it is."
+    "control's own state, a current, a speed that is measured."
 )
 """Where something stood that recordings say ran."""
+UNCHANGED = "Leave the physics of the machine as it is."
+"""Where nothing else is missing."""
 NEXT_ROOM = (
     "Hang a thermometer there, record it as a column with the next runs, and diagnose again: until then it hides what "
     "else may be missing."
 )
 """Where surroundings are not what is given for them."""
-NEXT_MISREAD = "Check, move or exchange that sensor, record again, and diagnose again with more time."
-"""Where the time was up before anything was looked for beside a sensor."""
 NEXT_CHANNEL = (
     "Check that sensor and what it is fixed to first: it reads what no heat in this machine would make it read. The "
     "patch holds only what did hold."
@@ -132,7 +131,7 @@ def verdict_words(d: Diagnosis) -> str:
 
 def _is_untaken(d: Diagnosis) -> bool:
     """Whether finer lumps explain all, or may, and are not in the file."""
-    return d.verdict == "too_coarse" and d.after.lumps <= d.machine.lumps
+    return d.verdict == "too_coarse" and (_is_untried(d) or d.after.lumps <= d.machine.lumps)
 
 
 def _is_untried(d: Diagnosis) -> bool:
@@ -185,10 +184,9 @@ def next_words(d: Diagnosis) -> str:
         return NEXT_UNTRIED if _is_untried(d) else NEXT_UNTAKEN
     if _is_strained(d):
         return NEXT_STRAINED
-    if d.verdict == "sensor_fault" and any(f.is_stop for f in d.findings):
-        return NEXT_STOP
-    if d.verdict == "sensor_fault" and d.ended:
-        return NEXT_MISREAD
+    if d.verdict == "sensor_fault":
+        told = NEXT_STOP if any(f.is_stop for f in d.findings) else NEXT[d.verdict]
+        return told if d.ended else f"{told} {UNCHANGED}"
     return "" if d.ended and d.verdict in CLEAN else NEXT[d.verdict]
 
 

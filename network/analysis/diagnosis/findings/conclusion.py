@@ -53,7 +53,7 @@ def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], see
     known = isolability(search.screened.scores, search.screened.proposed)
     is_looked = whole.null.chi > SETTINGS.noise or bool(whole.steps)
     is_room, tried = search.unrecorded is not None, _list_tried(search, findings)
-    cut_short = "" if search.selection.is_checked else search.ended
+    cut_short = "" if search.selection.is_checked and search.best.found else search.ended
     unsearched = list_unsearched(search.screened, cut_short, tried, is_room) if is_looked else []
     sentences = [*tell_refuted(refuted), *tell_recordings(search), *(u.sentence for u in unsearched)]
     sentences += _tell_runs(search, before, findings, fits)

@@ -108,7 +108,12 @@ def _fit_first_that_matters(
     fits. What it would come to is not told from the coarse one before: its numbers are bent to its lumps."""
     fitted: Hypothesis | None = None
     for machine in _list_finer(levels, jobs):
-        fitted = best_of(fitted, _try_finer(case, machine, best, levels[0]))
+        try:
+            fitted = best_of(fitted, _try_finer(case, machine, best, levels[0]))
+        except BudgetReached:
+            if fitted is None:
+                raise
+            break
         if fitted is not None and not _is_no_matter_of_lumps(fitted, best):
             break
     return fitted

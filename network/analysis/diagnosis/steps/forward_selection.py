@@ -131,7 +131,8 @@ def _take_steps(
     null: Hypothesis, now: Selection, first: Screening, seed: int, jobs: int, tell: Callable[[float], None],
     most: float = SETTINGS.findings,
 ) -> Generator[Selection, None, Selection]:  # fmt: skip
-    """The steps from a selection, each as it is taken, and where they come to; most: findings."""
+    """The steps from a selection, each as it is taken if it may be told so far, and where they come to; most:
+    findings."""
     while (leaves_something(now.best) or _shows_name(now.best, first)) and len(now.best.found) < most:
         current, count = now.best, len(now.steps)
         seen = first if not current.found or current is first.whole else screen_candidates(current, seed, jobs)
