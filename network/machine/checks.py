@@ -19,7 +19,7 @@ from network.catalogue.expansions.base import AXES
 from network.catalogue.mechanisms.base import Link, Source, Stream
 from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
-from network.machine.size_checks import check_sizes
+from network.machine.size_checks import check_sizes, is_far_from_limits
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, likely, list_first, short
 from network.platform.yaml.tree import Branch, Items, Leaf, Tree
@@ -67,7 +67,7 @@ def check_machine(machine: Entries, complaints: Complaints) -> None:
 
 def check_added(before: Entries, machine: Entries, added: Mapping[EntryPath, Declared], complaints: Complaints) -> None:
     """The same of entries put into a machine that has no faults, as far as these could be at fault."""
-    if not check_sizes(machine, complaints):
+    if not (is_far_from_limits(before, machine, added) or check_sizes(machine, complaints)):
         return
     links = {path.name: machine.links[path.name] for path in added if path.section == "links"}
     sources = {path.name: machine.sources[path.name] for path in added if path.section == "sources"}

@@ -18,10 +18,14 @@ from network.catalogue.mechanisms.base import Link, Source, Stream
 from network.catalogue.mechanisms.mechanism import State
 from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
+from network.machine.size_checks import Tables
 from network.machine.validity import Validity
 from network.platform.quantities.units import Number
 from network.platform.refusal import Complaints, Refusal
 from network.platform.yaml.document import Branch, plain
+
+SECTIONS = ("materials", "nodes", "links", "sources", TCP, "sensors")
+"""That hold entries, in their order."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -86,22 +90,40 @@ class Entries(ABC):
 
     def entries(self) -> Iterator[tuple[EntryPath, Declared]]:
         """Every entry with its path in the file, behind each entry those that it holds."""
-        for path, entry in self._by_name():
-            yield path, entry
-            if path.section in NESTED:
-                yield from path.list_inner(entry.__dict__)
+        yield from self.by_path.items()
 
-    def _by_name(self) -> Iterator[tuple[EntryPath, Declared]]:
-        own = {name: stuff for name, stuff in self.materials.items() if stuff is not BUILT_IN.get(name)}
-        rooms = {"materials": own, "nodes": self.nodes, "links": self.links, "sources": self.sources}
-        for section, named in rooms.items():
-            yield from ((EntryPath(section, "", name), entry) for name, entry in named.items())
-        yield from ((EntryPath(TCP, axis, name), entry) for (axis, name), entry in self.expansions.items())
-        yield from ((EntryPath("sensors", "", name), sensor) for name, sensor in self.sensors.items())
+    def list_section(self, section: str) -> dict[EntryPath, Declared]:
+        """Every entry of a section with its path in the file, behind each entry those that it holds."""
+        found: dict[EntryPath, Declared] = {}
+        for axis, name, entry in self._by_name(section):
+            path = EntryPath(section, axis, name)
+            found[path] = entry
+            if section in NESTED:
+                found.update(path.list_inner(entry.__dict__))
+        return found
+
+    def _by_name(self, section: str) -> Iterator[tuple[str, str, Declared]]:
+        if section == TCP:
+            yield from ((axis, name, entry) for (axis, name), entry in self.expansions.items())
+        else:
+            named: Mapping[str, Declared] = getattr(self, section)
+            is_own = section != "materials"
+            yield from (("", name, e) for name, e in named.items() if is_own or e is not BUILT_IN.get(name))
+
+    @cached_property
+    def by_section(self) -> Mapping[str, Mapping[EntryPath, Declared]]:
+        return {section: self.list_section(section) for section in SECTIONS}
 
     @cached_property
     def by_path(self) -> Mapping[EntryPath, Declared]:
-        return dict(self.entries())
+        found: dict[EntryPath, Declared] = {}
+        for entries in self.by_section.values():
+            found.update(entries)
+        return found
+
+    @cached_property
+    def tables(self) -> Tables:
+        return Tables.of(self)
 
     @cached_property
     def paths(self) -> Mapping[str, EntryPath]:

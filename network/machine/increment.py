@@ -46,6 +46,10 @@ def extend(machine: Kind, tree: Branch) -> Kind | None:
     if complaints.refusals or complaints.warnings:
         return None
     other.__dict__[AS_READ] = True
+    changed = {where for where, _ in read}
+    other.__dict__["by_section"] = {
+        where: other.list_section(where) if where in changed else own for where, own in before.by_section.items()
+    }
     return other
 
 

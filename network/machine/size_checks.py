@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from math import ceil, floor
 from typing import TYPE_CHECKING
 
+from network.catalogue.declaration.declare import Declared
+from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.declaration.fields import Place
-from network.catalogue.mechanisms.base import Link
+from network.catalogue.expansions.base import Expansion
+from network.catalogue.mechanisms.base import Link, Source
 from network.catalogue.nodes import MOST_IN_ALL
 from network.platform.refusal import Complaints
 
@@ -23,6 +28,32 @@ ROUNDING = 1e-9
 """Lumps, by which a place may end beside the border of one."""
 
 
+@dataclass(frozen=True)
+class Tables:
+    """How many lumps, pairs that links join and rows over all lumps a machine has."""
+
+    lumps: int
+    pairs: int
+    rows: int
+
+    @classmethod
+    def of(cls, machine: Entries) -> Tables:
+        pairs = _count_all_pairs(machine)
+        lumps = sum(node.lumps for node in machine.nodes.values())
+        return cls(lumps, sum(pairs.values()), _count_rows(machine, pairs))
+
+
+def is_far_from_limits(before: Entries, machine: Entries, added: Mapping[EntryPath, Declared]) -> bool:
+    """Whether entries put into a machine, none of them a node, leave it within the limits although what they took the
+    place of is counted, too: so that nothing has to be counted again."""
+    if any(path.section == "nodes" for path in added):
+        return False
+    pairs = {e.name: count_pairs(machine, e) for e in added.values() if isinstance(e, Link)}
+    rows = sum(1 + _rows_of(entry, pairs) for entry in added.values())
+    had = before.tables
+    return had.pairs + sum(pairs.values()) <= MOST_PAIRS and (had.rows + rows) * had.lumps <= MOST_CELLS
+
+
 def check_sizes(machine: Entries, complaints: Complaints) -> bool:
     """Whether the machine can be laid out in memory; refuses what is too large, with its size and the limit."""
     lumps = sum(node.lumps for node in machine.nodes.values())
@@ -30,7 +61,7 @@ def check_sizes(machine: Entries, complaints: Complaints) -> bool:
         spot = machine.tree.key_spot("nodes")
         complaints.refuse(spot, f"the machine has {lumps} lumps in all", f"give it at most {MOST_IN_ALL}")
         return False
-    pairs = {name: count_pairs(machine, link) for name, link in machine.links.items() if isinstance(link, Link)}
+    pairs = _count_all_pairs(machine)
     if not sum(pairs.values()) <= MOST_PAIRS:
         most = max(pairs, key=lambda name: pairs[name])
         wrong = f"the links join {sum(pairs.values())} pairs of lumps, links.{most} {pairs[most]} of them"
@@ -46,6 +77,10 @@ def check_sizes(machine: Entries, complaints: Complaints) -> bool:
     return True
 
 
+def _count_all_pairs(machine: Entries) -> dict[str, int]:
+    return {name: count_pairs(machine, link) for name, link in machine.links.items() if isinstance(link, Link)}
+
+
 def count_pairs(machine: Entries, link: Link) -> int:
     """Lumps of its first place times lumps of its second one, all of these where it moves along them."""
     a, b = (_count_lumps(machine, place) for place in link.between)
@@ -57,10 +92,17 @@ def _count_lumps(machine: Entries, place: Place) -> int:
     return max(1, ceil(place.stop * lumps - ROUNDING) - floor(place.start * lumps + ROUNDING))
 
 
-def _count_rows(machine: Entries, pairs: dict[str, int]) -> int:
+def _count_rows(machine: Entries, pairs: Mapping[str, int]) -> int:
     """A row for every part, sensor and reading, and for what every source heats; of links that read, for each pair."""
-    reading = sum(len(list(entry.readings())) for entry in machine.expansions.values())
-    heated = sum(1 + len(source.readings()) for source in machine.sources.values())
-    reads = {name: len(machine.links[name].readings()) for name in pairs}
-    read = sum(pairs[name] * (1 + count) for name, count in reads.items() if count)
-    return len(machine.nodes) + len(machine.sensors) + reading + heated + read
+    entries = (*machine.expansions.values(), *machine.sources.values(), *machine.links.values())
+    return len(machine.nodes) + len(machine.sensors) + sum(_rows_of(entry, pairs) for entry in entries)
+
+
+def _rows_of(entry: Declared, pairs: Mapping[str, int]) -> int:
+    """The same of one that is neither part nor sensor; pairs: of links, by name."""
+    if isinstance(entry, Expansion):
+        return len(list(entry.readings()))
+    if isinstance(entry, Source):
+        return 1 + len(entry.readings())
+    count = len(entry.readings()) if isinstance(entry, Link) else 0
+    return pairs[entry.name] * (1 + count) if isinstance(entry, Link) and count else 0

@@ -53,6 +53,11 @@ def run_all(
         return _Shared(pool, shelf, items, say).run(work)
 
 
+def go_on() -> None:
+    """Asks whether work that is parted into no pieces goes on; raises where it does not."""
+    _CHECK.get()(0.0)
+
+
 @contextmanager
 def check_each(check: Told) -> Iterator[None]:
     """While it lasts, `check` is told of every piece of work that is done, and ends the others by raising."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -54,11 +55,13 @@ class Mechanism(Effect):
         return cls.searched and not cls.states and (cls.section == "sources" or not issubclass(cls, Relay))
 
     @classmethod
+    @cache
     def places_read(cls) -> tuple[str, ...]:
         """The fields that name places whose mean temperature it depends on."""
         return tuple(name for name, field in cls.fields.items() if isinstance(field, PlaceField))
 
     @classmethod
+    @cache
     def readings(cls) -> tuple[str, ...]:
         """What it depends on beside inputs and the temperatures it joins: places that it reads, then its states."""
         return (*cls.places_read(), *cls.states)

@@ -20,6 +20,7 @@ from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidate_response import respond_to_candidates
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter
+from network.platform.parallel import go_on
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.screening.crossed_splits import CrossedSplits
@@ -76,8 +77,13 @@ def screen(
 ) -> list[Score]:  # fmt: skip
     """Scores of the candidates that a linear answer can be had for, about a fit at these numbers, best first: of each
     the best along the bars that it touches. splits: looks at their shapes, too."""
-    placed = [placed for c in _able(found) for placed in (c, *c.stretches)]
+    placed = [placed for c in _able(found) for placed in _list_places(c)]
     return score_candidates(fit, placed, values, jobs, splits)
+
+
+def _list_places(c: Candidate) -> tuple[Candidate, ...]:
+    go_on()
+    return (c, *c.stretches)
 
 
 def score_candidates(
