@@ -314,9 +314,9 @@ def test_a_machine_with_an_entry_more_is_the_one_that_is_read_as_a_whole(path: P
 
 def test_an_entry_more_counts_beside_those_that_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = Machine.load(next(path for path in SHIPPED if path.stem == "vertical_mill"))
-    bars = [name for name, node in machine.nodes.items() if node.lumps > 1][:2]
-    body = {"kind": "conduction", "between": bars, "conductance": "5 W/K"}
-    more = machine.nodes[bars[0]].lumps * machine.nodes[bars[1]].lumps
+    ends = sorted((n for n, node in machine.nodes.items() if node.is_part), key=lambda n: -machine.nodes[n].lumps)[:2]
+    body = {"kind": "conduction", "between": ends, "conductance": "5 W/K"}
+    more = machine.nodes[ends[0]].lumps * machine.nodes[ends[1]].lumps
     monkeypatch.setattr("network.machine.size_checks.MOST_PAIRS", machine.tables.pairs + more)
     assert machine.patched({"links": {"more": body}}).tables.pairs == machine.tables.pairs + more
     monkeypatch.setattr("network.machine.size_checks.MOST_PAIRS", machine.tables.pairs + more - 1)
