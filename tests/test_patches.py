@@ -10,6 +10,7 @@ from test_refusals import BENCH, edited
 
 from network.analysis.diagnosis.candidates.candidates import candidates, kinds, lay_over
 from network.machine.machine import Machine
+from network.machine.size_checks import count_tables
 from network.platform.refusal import Refused, Spot
 from network.platform.yaml.document import Branch, dump, tree_of
 
@@ -316,10 +317,10 @@ def test_an_entry_more_counts_beside_those_that_are_there(monkeypatch: pytest.Mo
     machine = Machine.load(next(path for path in SHIPPED if path.stem == "vertical_mill"))
     ends = sorted((n for n, node in machine.nodes.items() if node.is_part), key=lambda n: -machine.nodes[n].lumps)[:2]
     body = {"kind": "conduction", "between": ends, "conductance": "5 W/K"}
-    more = machine.nodes[ends[0]].lumps * machine.nodes[ends[1]].lumps
-    monkeypatch.setattr("network.machine.size_checks.MOST_PAIRS", machine.tables.pairs + more)
-    assert machine.patched({"links": {"more": body}}).tables.pairs == machine.tables.pairs + more
-    monkeypatch.setattr("network.machine.size_checks.MOST_PAIRS", machine.tables.pairs + more - 1)
+    pairs, more = count_tables(machine).pairs, machine.nodes[ends[0]].lumps * machine.nodes[ends[1]].lumps
+    monkeypatch.setattr("network.machine.size_checks.MOST_PAIRS", pairs + more)
+    assert count_tables(machine.patched({"links": {"more": body}})).pairs == pairs + more
+    monkeypatch.setattr("network.machine.size_checks.MOST_PAIRS", pairs + more - 1)
     with pytest.raises(Refused, match="pairs of lumps"):
         machine.patched({"links": {"more": body}})
 

@@ -126,7 +126,8 @@ def follow(monkeypatch: pytest.MonkeyPatch, null: float, *tracks: tuple[float, l
     monkeypatch.setattr(search, "select_forward", select)
     monkeypatch.setattr(search, "reweight", lambda case, h: h)
     monkeypatch.setattr(search, "replace", _replace)
-    now = bare(null=begins[null], best=begins[null], case=None, screened="")
+    untested = bare(is_checked=False)
+    now = bare(null=begins[null], best=begins[null], case=None, screened="", selection=untested)
     each = [bare(begin=begins[e], screened=f"about {e:g}") for e, _ in tracks]
     told = [(s.best.evidence, s.screened) for s in search._follow_tracks(now, iter(each), 1, 1, lambda share: None)]
     return told

@@ -18,7 +18,6 @@ from network.catalogue.mechanisms.base import Link, Source, Stream
 from network.catalogue.mechanisms.mechanism import State
 from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
-from network.machine.size_checks import Tables
 from network.machine.validity import Validity
 from network.platform.quantities.units import Number
 from network.platform.refusal import Complaints, Refusal
@@ -120,10 +119,6 @@ class Entries(ABC):
         for entries in self.by_section.values():
             found.update(entries)
         return found
-
-    @cached_property
-    def tables(self) -> Tables:
-        return Tables.of(self)
 
     @cached_property
     def paths(self) -> Mapping[str, EntryPath]:

@@ -36,11 +36,14 @@ class Tables:
     pairs: int
     rows: int
 
-    @classmethod
-    def of(cls, machine: Entries) -> Tables:
-        pairs = _count_all_pairs(machine)
-        lumps = sum(node.lumps for node in machine.nodes.values())
-        return cls(lumps, sum(pairs.values()), _count_rows(machine, pairs))
+
+def count_tables(machine: Entries) -> Tables:
+    """Once for a machine, which keeps them."""
+    if "tables" not in machine.__dict__:
+        pairs, lumps = _count_all_pairs(machine), sum(node.lumps for node in machine.nodes.values())
+        machine.__dict__["tables"] = Tables(lumps, sum(pairs.values()), _count_rows(machine, pairs))
+    kept: Tables = machine.__dict__["tables"]
+    return kept
 
 
 def is_far_from_limits(before: Entries, machine: Entries, added: Mapping[EntryPath, Declared]) -> bool:
@@ -50,7 +53,7 @@ def is_far_from_limits(before: Entries, machine: Entries, added: Mapping[EntryPa
         return False
     pairs = {e.name: count_pairs(machine, e) for e in added.values() if isinstance(e, Link)}
     rows = sum(1 + _rows_of(entry, pairs) for entry in added.values())
-    had = before.tables
+    had = count_tables(before)
     return had.pairs + sum(pairs.values()) <= MOST_PAIRS and (had.rows + rows) * had.lumps <= MOST_CELLS
 
 

@@ -205,10 +205,10 @@ def _follow_tracks(
 def _is_taken(selection: Selection, track: Track, before: Search) -> bool:
     """Whether the steps of a track come to more than those before it, once they are tested where these found something
     or were tested; whatever those of the null come to where nothing was found."""
-    if not selection.is_checked and (before.selection.is_checked or before.best.found):
-        return False
-    is_first = track.begin is before.null and not before.best.found
-    return is_first or _beats(selection, before, before.case)
+    if track.begin is before.null and not before.best.found:
+        return True
+    is_tested = before.selection.is_checked or bool(before.best.found)
+    return (selection.is_checked or not is_tested) and _beats(selection, before, before.case)
 
 
 def _beats(selection: Selection, best: Search, case: Case) -> bool:
