@@ -461,6 +461,7 @@ def test_sentences_are_few_and_end_with_a_stop(run: Trajectory) -> None:
     told = telling(tests)
     assert 3 <= len(told) <= 5 and all(s.endswith(".") for s in told) and len(set(told)) == len(told)
     assert all(isinstance(t, ChannelTests) for t in tests.values())
+    assert all(any((t.spikes, t.whiteness, t.period, *t.drivers, *t.companions)) for t in tests.values())
 
 
 # -- speed ----------------------------------------------------------------------------------------------------------
