@@ -16,7 +16,7 @@ from network.catalogue.declaration.sections import TCP, section
 from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
 from network.machine.checks import check_added
-from network.machine.entries import Entries
+from network.machine.entries import SECTIONS, Entries
 from network.machine.reader import MachineReader
 from network.platform.refusal import Complaints
 from network.platform.yaml.tree import Branch, Tree
@@ -24,7 +24,7 @@ from network.platform.yaml.tree import Branch, Tree
 Kind = TypeVar("Kind", bound=Entries)
 Added = dict[tuple[str, str], dict[str, Any]]
 """Entries by section and axis."""
-OPEN = ("nodes", "links", "sources", TCP, "sensors")
+OPEN = tuple(name for name in SECTIONS if name != "materials")
 """Sections into which entries may be put."""
 AS_READ = "is_as_read"
 """What a machine says of itself that has the numbers of its tree and no faults: one with numbers exchanged has not."""

@@ -107,5 +107,6 @@ def _rows_of(entry: Declared, pairs: Mapping[str, int]) -> int:
         return len(list(entry.readings()))
     if isinstance(entry, Source):
         return 1 + len(entry.readings())
-    count = len(entry.readings()) if isinstance(entry, Link) else 0
-    return pairs[entry.name] * (1 + count) if isinstance(entry, Link) and count else 0
+    if isinstance(entry, Link) and (count := len(entry.readings())):
+        return pairs[entry.name] * (1 + count)
+    return 0
