@@ -129,13 +129,13 @@ def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
         "sentence": finding.whole_sentence, "sure": sure_words(finding), "sizes": sizes(finding),
         "evidence": " ".join(filter(None, [evidence_words(finding), windows_words(d, finding)])),
         "alike": alike_words(finding), "one_of": set_words(finding),
-        "rivals": [_rival(r) for r in finding.alternatives],
+        "rivals": [_rival(finding, r) for r in finding.alternatives],
     }  # fmt: skip
 
 
-def _rival(rival: Rival) -> Mapping[str, str]:
+def _rival(finding: Finding, rival: Rival) -> Mapping[str, str]:
     return {
-        "name": rival_name(rival), "confidence": percent(rival.confidence), "why_not": rival.why_not,
+        "name": rival_name(rival), "confidence": percent(finding.confidence_of(rival)), "why_not": rival.why_not,
     }  # fmt: skip
 
 

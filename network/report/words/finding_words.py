@@ -72,13 +72,13 @@ def sure_word(confidence: float) -> str:
 
 def sure_words(finding: Finding) -> str:
     """The confidence as a word and a number; beside what cannot be told from it, what that has."""
-    p, alike = finding.confidence, finding.indistinguishable
+    p, alike = finding.confidence, {rival_name(r): finding.confidence_of(r) for r in finding.indistinguishable}
     if not alike:
         why = f"; a part of the truth at most, for {join_names(list(finding.doubts))}" if finding.doubts else ""
         return f"{sure_word(p)}, {percent(p)}{why}"
-    if all(abs(p - r.confidence) < EVEN for r in alike):
-        return f"{percent(p)}: as likely as {join_names([rival_name(r) for r in alike])}"
-    return f"{percent(p)}, beside {join_names([f'{percent(r.confidence)} for {rival_name(r)}' for r in alike])}"
+    if all(abs(p - q) < EVEN for q in alike.values()):
+        return f"{percent(p)}: as likely as {join_names([*alike])}"
+    return f"{percent(p)}, beside {join_names([f'{percent(q)} for {name}' for name, q in alike.items()])}"
 
 
 def evidence_words(finding: Finding) -> str:
@@ -126,7 +126,7 @@ def rivals_words(finding: Finding) -> Iterator[str]:
     alike = {rival_name(r) for r in finding.indistinguishable}
     apart = [r for r in finding.alternatives if rival_name(r) not in alike]
     for rival in apart[:MOST_RIVALS]:
-        yield f"{rival_name(rival)}, {percent(rival.confidence)}: {rival.why_not}"
+        yield f"{rival_name(rival)}, {percent(finding.confidence_of(rival))}: {rival.why_not}"
 
 
 def percent(share: float) -> str:

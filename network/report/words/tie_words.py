@@ -19,7 +19,7 @@ BARE = 3.0
 def ties(finding: Finding) -> list[Rival]:
     """What cannot be told from it, and what is as likely but for odds of BARE; the likeliest first, each once."""
     own = {(finding.kind, finding.places, finding.channels)}
-    near = [r for r in finding.alternatives if BARE * r.confidence >= finding.confidence]
+    near = [r for r in finding.alternatives if BARE * finding.confidence_of(r) >= finding.confidence]
     told = []
     for r in (*finding.indistinguishable, *sorted(near, key=lambda r: -r.confidence)):
         if (r.kind, r.places, r.channels) not in own:

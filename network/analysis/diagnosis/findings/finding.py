@@ -166,6 +166,13 @@ class Finding:
         if self.nothing is not None:
             yield Explanation(NOTHING, NULL, self.nothing)
 
+    def confidence_of(self, rival: Rival) -> float:
+        """In another explanation, as its share of the evidence is to that of this one: what bars this one from being
+        sure bars that, too. As it is where it is no share of one evidence."""
+        return rival.confidence * (
+            1.0 if self.holds is None or not self.share else min(1.0, self.confidence / self.share)
+        )
+
     @property
     def is_cut(self) -> bool:
         """Whether it does nothing but cut parts more finely."""
@@ -180,8 +187,8 @@ class Finding:
         return {
             "kind": self.kind, "section": self.section, "places": list(self.places), "channels": list(self.channels),
             "confidence": self.confidence, "parameters": {n: q.summary() for n, q in self.parameters.items()},
-            "alternatives": [r.summary() for r in self.alternatives],
-            "indistinguishable": [r.summary() for r in self.indistinguishable],
+            "alternatives": [self._summarise(r) for r in self.alternatives],
+            "indistinguishable": [self._summarise(r) for r in self.indistinguishable],
             "sentence": self.whole_sentence, "patch": self.patch.to_plain(),
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
                          "windows": [list(w) for w in self.windows], **(self.unseen.summary() if self.unseen else {})},
@@ -189,6 +196,9 @@ class Finding:
             "beliefs": [e.summary() for e in self.explanations], "calibrated_on": shipped().count(self.truth),
             **({"course": self.course.list_courses()} if self.course else {}),
         }  # fmt: skip
+
+    def _summarise(self, rival: Rival) -> dict[str, Any]:
+        return replace(rival, confidence=self.confidence_of(rival)).summary()
 
 
 def _class_of(kind: str, channels: Sequence[str]) -> str:
