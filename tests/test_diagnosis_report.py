@@ -280,6 +280,12 @@ def test_one_number_has_one_word_and_more_is_never_less_sure() -> None:
     assert sure_words(alike) == "50 %: as likely as foundation (beam)"
     behind = replace(alike, confidence=0.7, indistinguishable=(rival("foundation", "beam", 0.25, 1.0, 410.0),))
     assert sure_words(behind) == "70 %, beside 25 % for foundation (beam)"
+    half = replace(alike, confidence=0.25, share=0.5, holds=0.5)
+    assert sure_words(half) == "25 %: as likely as foundation (beam)"
+    assert half.summary()["indistinguishable"][0]["confidence"] == pytest.approx(0.2465)
+    assert [half.confidence_of(r) for r in half.alternatives] == pytest.approx([0.025, 0.005])
+    assert replace(half, holds=None).confidence_of(half.alternatives[0]) == 0.05
+    assert replace(half, share=0.1).confidence_of(half.alternatives[0]) == 0.05
 
 
 @pytest.mark.parametrize(("chi", "shift", "told"), [

@@ -37,6 +37,7 @@ from network.analysis.diagnosis.steps import (
     trial_fits,
     unseen_runs,
 )
+from network.analysis.diagnosis.steps.other_kinds import exchange_kind
 from network.analysis.diagnosis.steps.placement import _widest, move_stretch, place_best
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import Unseen
@@ -133,6 +134,32 @@ def test_heat_is_moved_along_its_bar_to_where_it_is() -> None:
     assert found.evidence > before.evidence + 100 and abs((place.start + place.stop) / 2 - 0.8) < 0.11
     back = found.found[0].back
     assert back is not None and back.patch == c.patch and c.back is c
+
+
+def test_at_the_stretch_that_was_found_another_kind_is_tried() -> None:
+    """A wall that is warm does nearly what a source does there, with a number more; the source stood behind it where it
+    heats the whole bar."""
+    ends = {f"T_{end}": {"measures": f"column@{end}", "noise": "0.05 K"} for end in (0.15, 0.85)}
+    plain = bars(10).patched({"sensors": ends})
+    hidden = {"kind": "heat_source", "into": {"column@0.7..0.9": 1}, "power": "120 W", "with": "always"}
+    truth = plain.patched({"sources": {"hidden": hidden}})
+    case = Case(plain, tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
+    before, proposed = fit_hypothesis(case, plain), candidates(plain, case.drivers)
+    of_kind = {kind: [c for c in proposed if c.kind.kind == kind and c.places == ("column",)]
+               for kind in ("foundation", "heat_source")}  # fmt: skip
+    wall, whole = of_kind["foundation"][0], of_kind["heat_source"][0]
+    there = wall.move_place("column", "column@0.7..0.9")
+    assert there is not None
+    kept = fit_hypothesis(case, there.machine, (there,), there.own)
+    rival = fit_hypothesis(case, whole.machine, (whole,), whole.own)
+    assert kept.evidence > rival.evidence
+    told, ranked = exchange_kind(before, kept, [kept, rival], proposed, 1)
+    assert told.found[0].kind.kind == "heat_source" and told.evidence > kept.evidence
+    assert [str(seat) for seat in told.found[0].seats] == ["column@0.7..0.9"]
+    assert [h.found[0].kind.kind for h in ranked] == ["heat_source", "foundation"]
+    assert ranked[0].weighed - kept.weighed == pytest.approx(told.evidence - kept.evidence)
+    assert exchange_kind(before, told, ranked, proposed, 1) == (told, ranked)
+    assert exchange_kind(before, rival, [rival], proposed, 1) == (rival, [rival])
 
 
 def crossed() -> tuple[Case, Candidate]:

@@ -75,34 +75,10 @@ def move_stretch(h: Hypothesis) -> Hypothesis:
 
 def place_ranked(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypothesis]:
     """Rivals beside a hypothesis, the best evidence first, those that come near the best of them where they explain
-    most, and others that sit in the parts of the best where that does in these: the right place shows what else may
-    be there."""
+    most."""
     close = near(before, ranked, MOST)
     placed = run_all(partial(place_best, jobs=1 if len(close) > 1 else jobs), close, jobs)
-    best, others = [*(told := best_first(*placed, *ranked[len(close) :]))][:1], told[1:]
-    return best_first(*best, *(_place_alike(best[0], others, jobs) if best else ()))
-
-
-def _place_alike(best: Hypothesis, others: Sequence[Hypothesis], jobs: int) -> list[Hypothesis]:
-    """Rivals of the best, the first of those in the same parts at the stretches of that where they explain more
-    there."""
-    tried = [(k, h, c) for k, h in enumerate(others) if (c := _sit_alike(h.found[-1], best.found[-1]))][:MOST]
-    fits = run_all(_fit_moved, [(h, c) for _, h, c in tried], jobs)
-    better = {k: fit for (k, h, _), fit in zip(tried, fits, strict=True) if fit and fit.evidence > h.evidence}
-    return [better.get(k, h) for k, h in enumerate(others)]
-
-
-def _sit_alike(c: Candidate, best: Candidate) -> Candidate | None:
-    """A candidate at the stretches of another one in the same parts; None where it sits there, or in others."""
-    if c.parts != best.parts or c.seats == best.seats:
-        return None
-    there, moved = {bar.node: (bar.start, bar.stop) for bar in best.seats}, c
-    for bar in c.seats:
-        other = _move_to(moved, bar, there[bar.node])
-        if other is None:
-            return None
-        moved = other
-    return None if moved is c else moved
+    return best_first(*placed, *ranked[len(close) :])
 
 
 def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
@@ -160,10 +136,6 @@ def _promise_of(
     gains = np.maximum(D @ fit.unexplained, 0.0) ** 2 / (2 * np.maximum(np.einsum("ij,ij->i", D, M_D), LEAST_SEEN))
     pairs = [(float(gain), moved[k]) for gain, k in zip(gains, known, strict=True)]
     return sorted(pairs, key=lambda pair: (-round(pair[0], 1), -_width(pair[1])))
-
-
-def _fit_moved(pair: tuple[Hypothesis, Candidate]) -> Hypothesis | None:
-    return _fit_at(*pair)
 
 
 def _fit_at(best: Hypothesis, c: Candidate) -> Hypothesis | None:

@@ -1,0 +1,78 @@
+"""Another kind where along a bar the best explanation sits: at the place where it was proposed it may have stood far
+behind, and rivals are moved along bars only where they come near."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
+from network.analysis.diagnosis.hypotheses.compact_fit import compact, expand
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.screening.screen import Score, score_candidates
+from network.analysis.diagnosis.steps.backward_elimination import finish_fit, refit_with
+from network.analysis.diagnosis.steps.placement import NEAR
+from network.analysis.diagnosis.steps.ranking import best_of
+from network.platform.parallel import run_all
+
+TRIED = 2
+"""Kinds that are fitted in the stead of the best, those that show most there."""
+
+
+def exchange_kind(
+    current: Hypothesis, kept: Hypothesis, ranked: list[Hypothesis], proposed: Sequence[Candidate], jobs: int
+) -> tuple[Hypothesis, list[Hypothesis]]:
+    """What is kept beside a hypothesis (current), or the one of another kind that explains more at the same stretches
+    of the same bars; and its rivals, with that one where the first stood. proposed: what could be missing."""
+    likely = _list_likely(current, [*_list_there(kept.found[-1], proposed, current)], kept.found[-1].key, jobs)
+    tried = [((*kept.found[:-1], s.candidate), {**kept.values, **s.best}) for s in likely]
+    other = best_of(*run_all(partial(refit_with, kept), tried, jobs))
+    if other is None or other.evidence <= kept.evidence:
+        return kept, ranked
+    told = finish_fit(other)
+    return told, _put_in_place(told, kept, ranked)
+
+
+def _list_there(best: Candidate, proposed: Sequence[Candidate], current: Hypothesis) -> Iterator[Candidate]:
+    """The best and others in its parts, over the machine of a hypothesis, at its stretches; none where it has no
+    stretch, for so they were all proposed, and none of what is searched for without a score."""
+    if best.is_searched_apart or all(bar.share == 1 for bar in best.seats):
+        return
+    alike = [c for c in proposed if c.parts == best.parts and c.key != best.key and not c.is_searched_apart]
+    for c in (best, *(c for c in alike if not c.is_structural)):
+        there = candidate(current.machine, c.kind, c.patch)
+        moved = there and _move_to_seats(there, best)
+        if moved is not None:
+            yield moved
+
+
+def _move_to_seats(c: Candidate, best: Candidate) -> Candidate | None:
+    """A candidate at the stretches of another one in the same parts; None where it does not fit there."""
+    seats = {bar.node: bar for bar in best.seats}
+    for bar in c.seats:
+        to = seats.get(bar.node, bar)
+        moved = c if to == bar else c.move_place(str(bar), str(to))
+        if moved is None:
+            return None
+        c = moved
+    return c
+
+
+def _list_likely(current: Hypothesis, there: Sequence[Candidate], best: tuple[str, ...], jobs: int) -> list[Score]:
+    """Those that show not much less than the best of them, by its key, does there."""
+    if len(there) < 2:
+        return []
+    about = expand(current)
+    scores = score_candidates(about.linearised, there, about.values, jobs)
+    least = max((NEAR * s.gain for s in scores if s.candidate.key == best), default=np.inf)
+    return [s for s in scores if s.candidate.key != best and s.gain >= least][:TRIED]
+
+
+def _put_in_place(told: Hypothesis, kept: Hypothesis, ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Rivals led by another kind, which is before what was kept by what it explains more on its lumps."""
+    first = next((h for h in ranked if h.found[-1].key == kept.found[-1].key), kept)
+    lead = replace(compact(told), beside=first.weighed + told.evidence - kept.evidence)
+    return [lead, *(h for h in ranked if h.found[-1].key != told.found[-1].key)]
