@@ -307,7 +307,7 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     monkeypatch.setattr(rival_acceptance, "_skip_misleading", lambda before, ranked, jobs: ranked)
     monkeypatch.setattr(next_finding, "rank_beside_rest", lambda ranked, jobs: ranked)
     monkeypatch.setattr(next_finding, "accept_best", lambda current, before, tried, threshold, jobs: tried[0])
-    monkeypatch.setattr(next_finding, "exchange_kind", lambda current, kept, ranked, proposed, jobs: (kept, ranked))
+    monkeypatch.setattr(next_finding, "exchange_kind", lambda current, kept, proposed, jobs: kept)
     monkeypatch.setattr(next_finding, "take_first", lambda current, before, ranked, threshold: None)
     case = bare(recordings=("run",) * 2, budget=TimeBudget())
     seen = bare(before=h(case=case), proposed=(), scores=())

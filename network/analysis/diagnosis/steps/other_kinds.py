@@ -23,17 +23,24 @@ TRIED = 2
 
 
 def exchange_kind(
-    current: Hypothesis, kept: Hypothesis, ranked: list[Hypothesis], proposed: Sequence[Candidate], jobs: int
-) -> tuple[Hypothesis, list[Hypothesis]]:
+    current: Hypothesis, kept: Hypothesis, proposed: Sequence[Candidate], jobs: int
+) -> Hypothesis:  # fmt: skip
     """What is kept beside a hypothesis (current), or the one of another kind that explains more at the same stretches
-    of the same bars; and its rivals, with that one where the first stood. proposed: what could be missing."""
+    of the same bars. proposed: what could be missing."""
     likely = _list_likely(current, [*_list_there(kept.found[-1], proposed, current)], kept.found[-1].key, jobs)
     tried = [((*kept.found[:-1], s.candidate), {**kept.values, **s.best}) for s in likely]
     other = best_of(*run_all(partial(refit_with, kept), tried, jobs))
-    if other is None or other.evidence <= kept.evidence:
-        return kept, ranked
-    told = finish_fit(other)
-    return told, _put_in_place(told, kept, ranked)
+    return kept if other is None or other.evidence <= kept.evidence else finish_fit(other)
+
+
+def lead_rivals(told: Hypothesis | None, kept: Hypothesis | None, ranked: list[Hypothesis]) -> list[Hypothesis]:
+    """Rivals as they are, or led by the kind that took the place of what was kept, which is before that by what it
+    explains more on its lumps."""
+    if told is None or kept is None or told is kept:
+        return ranked
+    first = next((h for h in ranked if h.found[-1].key == kept.found[-1].key), kept)
+    lead = replace(compact(told), beside=first.weighed + told.evidence - kept.evidence)
+    return [lead, *(h for h in ranked if h.found[-1].key != told.found[-1].key)]
 
 
 def _list_there(best: Candidate, proposed: Sequence[Candidate], current: Hypothesis) -> Iterator[Candidate]:
@@ -69,10 +76,3 @@ def _list_likely(current: Hypothesis, there: Sequence[Candidate], best: tuple[st
     scores = score_candidates(about.linearised, there, about.values, jobs)
     least = max((NEAR * s.gain for s in scores if s.candidate.key == best), default=np.inf)
     return [s for s in scores if s.candidate.key != best and s.gain >= least][:TRIED]
-
-
-def _put_in_place(told: Hypothesis, kept: Hypothesis, ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Rivals led by another kind, which is before what was kept by what it explains more on its lumps."""
-    first = next((h for h in ranked if h.found[-1].key == kept.found[-1].key), kept)
-    lead = replace(compact(told), beside=first.weighed + told.evidence - kept.evidence)
-    return [lead, *(h for h in ranked if h.found[-1].key != told.found[-1].key)]
