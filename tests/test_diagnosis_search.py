@@ -37,7 +37,7 @@ from network.analysis.diagnosis.steps import (
     trial_fits,
     unseen_runs,
 )
-from network.analysis.diagnosis.steps.other_kinds import exchange_kind, lead_rivals
+from network.analysis.diagnosis.steps.other_kinds import exchange_kind, put_in_place
 from network.analysis.diagnosis.steps.placement import _widest, move_stretch, place_best
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import Unseen
@@ -154,12 +154,12 @@ def test_at_the_stretch_that_was_found_another_kind_is_tried() -> None:
     rival = fit_hypothesis(case, whole.machine, (whole,), whole.own)
     assert kept.evidence > rival.evidence
     told = exchange_kind(before, kept, proposed, 1)
-    ranked = lead_rivals(told, kept, [kept, rival])
+    ranked = put_in_place(told, kept, [kept, rival])
     assert told.found[0].kind.kind == "heat_source" and told.evidence > kept.evidence
     assert [str(seat) for seat in told.found[0].seats] == ["column@0.7..0.9"]
     assert [h.found[0].kind.kind for h in ranked] == ["heat_source", "foundation"]
     assert ranked[0].weighed - kept.weighed == pytest.approx(told.evidence - kept.evidence)
-    assert exchange_kind(before, told, proposed, 1) is told and lead_rivals(told, told, ranked) is ranked
+    assert exchange_kind(before, told, proposed, 1) is told and put_in_place(told, told, ranked) is ranked
     assert exchange_kind(before, rival, proposed, 1) is rival
 
 

@@ -169,9 +169,12 @@ class Finding:
     def confidence_of(self, rival: Rival) -> float:
         """In another explanation, as its share of the evidence is to that of this one: what bars this one from being
         sure bars that, too. As it is where it is no share of one evidence."""
-        return rival.confidence * (
-            1.0 if self.holds is None or not self.share else min(1.0, self.confidence / self.share)
-        )
+        if self.holds is None or not self.share:
+            return rival.confidence
+        return rival.confidence * min(1.0, self.confidence / self.share)
+
+    def as_told(self, rival: Rival) -> Rival:
+        return replace(rival, confidence=self.confidence_of(rival))
 
     @property
     def is_cut(self) -> bool:
@@ -187,8 +190,8 @@ class Finding:
         return {
             "kind": self.kind, "section": self.section, "places": list(self.places), "channels": list(self.channels),
             "confidence": self.confidence, "parameters": {n: q.summary() for n, q in self.parameters.items()},
-            "alternatives": [self._summarise(r) for r in self.alternatives],
-            "indistinguishable": [self._summarise(r) for r in self.indistinguishable],
+            "alternatives": [self.as_told(r).summary() for r in self.alternatives],
+            "indistinguishable": [self.as_told(r).summary() for r in self.indistinguishable],
             "sentence": self.whole_sentence, "patch": self.patch.to_plain(),
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
                          "windows": [list(w) for w in self.windows], **(self.unseen.summary() if self.unseen else {})},
@@ -196,9 +199,6 @@ class Finding:
             "beliefs": [e.summary() for e in self.explanations], "calibrated_on": shipped().count(self.truth),
             **({"course": self.course.list_courses()} if self.course else {}),
         }  # fmt: skip
-
-    def _summarise(self, rival: Rival) -> dict[str, Any]:
-        return replace(rival, confidence=self.confidence_of(rival)).summary()
 
 
 def _class_of(kind: str, channels: Sequence[str]) -> str:

@@ -63,5 +63,5 @@ def _withhold(f: Finding) -> Finding:
     unnamed = 1 - f.confidence
     return replace(
         f, kind=UNKNOWN, sentence=said, confidence=min(unnamed, SETTINGS.barred), share=unnamed, holds=None,
-        alternatives=(own, *(replace(r, confidence=f.confidence_of(r)) for r in f.alternatives)), nothing=None,
+        alternatives=(own, *map(f.as_told, f.alternatives)), nothing=None,
     )  # fmt: skip

@@ -16,6 +16,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, r
 from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, share_of_rest
 from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.ranking import best_of
 from network.analysis.diagnosis.steps.rival_acceptance import is_worth
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.strength import errors_from_nothing
@@ -102,7 +103,7 @@ def share_explained(before: float, after: float) -> float:
     return float(np.clip((before**2 - after**2) / max(before**2 - 1, 1e-9), 0.0, 1.0))
 
 
-def refit_with(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, float]]) -> Hypothesis | None:
+def _refit_with(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, float]]) -> Hypothesis | None:
     """Other findings from some numbers in the stead of those of a hypothesis."""
     found = fit_findings(current.case, current.root, *other, steps=STEPS)
     return found and compact(found)
@@ -183,6 +184,16 @@ def is_imitation(whole: Rest, less: Hypothesis, is_steady: bool = False) -> bool
     """Whether a finding (with it: whole, without: less) adds nothing beside heat of any course; a steady heat is one of
     these courses, so that it adds nothing where another of them tells more."""
     return whole.evidence - find_rest(less).evidence < (0.0 if is_steady else SETTINGS.alike)
+
+
+def refit_best(
+    current: Hypothesis, others: Sequence[tuple[Sequence[Candidate], Mapping[str, float]]], jobs: int
+) -> Hypothesis:
+    """The best of other findings, each from some numbers, in the stead of those of a hypothesis, fitted to the
+    end; that itself where none explains more."""
+    told = run_all(partial(_refit_with, current), others, jobs)
+    better = best_of(current, *told) or current
+    return current if better is current else finish_fit(better)
 
 
 def finish_fit(h: Hypothesis) -> Hypothesis:

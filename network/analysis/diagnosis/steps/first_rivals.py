@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import replace
-from functools import partial
 
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidates import candidates
@@ -12,9 +11,9 @@ from network.analysis.diagnosis.hypotheses.compact_fit import compact
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings
 from network.analysis.diagnosis.screening.screen import SHOWS, score_candidates
-from network.analysis.diagnosis.steps.backward_elimination import STEPS, finish_fit, refit_with
+from network.analysis.diagnosis.steps.backward_elimination import STEPS, refit_best
+from network.analysis.diagnosis.steps.ranking import lead_rivals
 from network.analysis.diagnosis.steps.selection import Selection
-from network.platform.parallel import run_all
 
 RERANKED, REACH = 3, 3.0
 """Rivals of the first finding that are tried in its stead, as many others that sit where it does, and how many times
@@ -30,9 +29,8 @@ def rerank_first(now: Selection, jobs: int) -> Selection:
     others = [((h.found[-1], *current.found[1:]), h.values | current.values) for h in rivals]
     tried = {h.found[-1].key for h in (first[0], *rivals)}
     others += [((c, *current.found[1:]), values) for c, values in _list_there(current, tried, jobs)]
-    told = run_all(partial(refit_with, current), others, jobs)
-    better = max((h for h in told if h is not None), key=lambda h: h.evidence, default=current)
-    return _exchange_first(now, finish_fit(better)) if better.evidence > current.evidence else now
+    better = refit_best(current, others, jobs)
+    return now if better is current else _exchange_first(now, better)
 
 
 def _exchange_first(now: Selection, better: Hypothesis) -> Selection:
@@ -41,9 +39,8 @@ def _exchange_first(now: Selection, better: Hypothesis) -> Selection:
     alone = fit_findings(current.case, current.root, better.found[:1], better.values, steps=STEPS)
     if alone is None:
         return replace(now, best=better)
-    lead = replace(compact(alone), beside=first[0].weighed + better.evidence - current.evidence)
-    rest = [h for h in first if h.found[-1].key != lead.found[-1].key]
-    return replace(now, best=better, steps=((lead, *rest), *later))
+    weighed = first[0].weighed + better.evidence - current.evidence
+    return replace(now, best=better, steps=(tuple(lead_rivals(compact(alone), weighed, first)), *later))
 
 
 def _list_there(

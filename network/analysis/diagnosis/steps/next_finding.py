@@ -14,7 +14,7 @@ from network.analysis.diagnosis.lumps.lump_convergence import refine_until_conve
 from network.analysis.diagnosis.screening.screen import Score
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.steps.other_kinds import exchange_kind, lead_rivals
+from network.analysis.diagnosis.steps.other_kinds import exchange_kind, put_in_place
 from network.analysis.diagnosis.steps.placement import place_ranked
 from network.analysis.diagnosis.steps.ranking import best_first, distinct
 from network.analysis.diagnosis.steps.refit import start_trials
@@ -57,7 +57,7 @@ def select_next(
         yield take_first(current, seen.before, tried, threshold), ranked
     best = accept_best(current, seen.before, tried, threshold, jobs)
     kept = best and exchange_kind(current, best, seen.proposed, jobs)
-    yield kept, lead_rivals(kept, best, ranked)
+    yield kept, put_in_place(kept, best, ranked)
     is_due = (kept or current).chi > SETTINGS.adequate and not _is_next(current, kept)
     switched = sway() if may_switch and early is None and is_due else []
     if not switched:
@@ -65,7 +65,7 @@ def select_next(
     ranked = rank_beside_rest(best_first(*switched, *ranked), jobs)
     again = list_contenders(current, seen.before, ranked, jobs)
     other = accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
-    yield (other, ranked) if _is_better(other, kept) else (kept, lead_rivals(kept, best, ranked))
+    yield (other, ranked) if _is_better(other, kept) else (kept, put_in_place(kept, best, ranked))
 
 
 def _begin_trials(

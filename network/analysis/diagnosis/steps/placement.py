@@ -90,9 +90,7 @@ def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int) -> list[Hy
 def _elsewhere(c: Candidate) -> Iterator[Candidate]:
     """The candidate with every bar as a whole or at one of its stretches, in all combinations."""
     for stretches in product((WHOLE, *STRETCHES), repeat=len(bars := c.seats[:COMBINED])):
-        moved: Candidate | None = c
-        for bar, to in zip(bars, stretches, strict=True):
-            moved = moved and _move_to(moved, bar, to)
+        moved = move_bars(c, bars, stretches)
         if moved is not None and moved is not c:
             yield moved
 
@@ -104,6 +102,14 @@ def _aside(c: Candidate, step: float) -> Iterator[Candidate]:
             moved = _move_to(c, bar, (low, high)) if high - low >= LEAST else None
             if moved is not None and moved is not c:
                 yield moved
+
+
+def move_bars(c: Candidate, bars: Sequence[Place], to: Sequence[tuple[float, float]]) -> Candidate | None:
+    """A candidate with each of some bars at another stretch; itself where it sits there, None where it does not fit."""
+    moved: Candidate | None = c
+    for bar, ends in zip(bars, to, strict=True):
+        moved = moved and _move_to(moved, bar, ends)
+    return moved
 
 
 def _move_to(c: Candidate, bar: Place, to: tuple[float, float]) -> Candidate | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import expit
@@ -28,6 +29,12 @@ def distinct(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
     for h in ranked:
         seen.setdefault((h.found[-1].kind.kind, frozenset(h.found[-1].places), h.found[-1].channels), h)
     return list(seen.values())
+
+
+def lead_rivals(lead: Hypothesis, weighed: float, ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Rivals behind one that comes before them with some log evidence, in its own stead where it is among them."""
+    rest = [h for h in ranked if h.found[-1].key != lead.found[-1].key]
+    return [replace(lead, beside=weighed), *rest]
 
 
 def shares(of: Sequence[Hypothesis]) -> Array:
