@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,6 +45,7 @@ from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill import find_standstill
 from network.analysis.diagnosis.steps import (
+    finer_lumps,
     forward_selection,
     next_finding,
     placement,
@@ -52,6 +54,7 @@ from network.analysis.diagnosis.steps import (
     shortlist,
     trial_fits,
 )
+from network.analysis.diagnosis.steps.ranking import weigh_on_lumps
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.switching.relay_fits import keep_of_each
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places
@@ -66,6 +69,24 @@ NOISE, ALIKE, DOUBTFUL = SETTINGS.noise, SETTINGS.alike, SETTINGS.doubtful
 def h(chi: float = 1.0, evidence: float = 0.0, found: Any = (), **rest: Any) -> Any:
     told = {"chi": chi, "evidence": evidence, "weighed": evidence, "found": found, "case": bare(budget=TimeBudget())}
     return bare(**{**told, **rest})
+
+
+def named(key: str, evidence: float = 0.0, is_searched_apart: bool = False) -> Any:
+    """A hypothesis of one finding."""
+    c = bare(key=key, kind=bare(kind=key), patch=key, places=(), channels=(), is_searched_apart=is_searched_apart)
+    return Fit(evidence, (c,))
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    evidence: float
+    found: tuple[Any, ...]
+    beside: float | None = None
+    chi: float = 1.0
+
+    @property
+    def weighed(self) -> float:
+        return self.evidence if self.beside is None else self.beside
 
 
 class FinerKind:
@@ -265,13 +286,43 @@ def test_what_was_kept_stands_first_and_the_others_by_their_evidence() -> None:
 
 
 def test_rivals_on_the_lumps_there_are_need_no_further_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rival_acceptance, "reweight", lambda case, of: (case, of))
+    monkeypatch.setattr(rival_acceptance, "reweight", lambda case, of: of)
     now, best = h(), h(case="its")
-    assert rival_acceptance._best_on_lumps(now, now, [best], 1) == ("its", best)
-    assert rival_acceptance._best_on_lumps(now, now, [], 1) is None
-    assert rival_acceptance._best_on_lumps(now, h(), [], 1) is None
+    assert rival_acceptance._fit_contenders(now, now, [best], 1) == [best]
+    assert rival_acceptance.accept_best(now, h(), [best], [], 20.0, 1) == (None, [best])
     several = [best, h(case="other")]
-    assert rival_acceptance.list_contenders(now, now, several, 1) == [best]
+    assert rival_acceptance.list_contenders(now, now, several, best, 1) == [best]
+
+
+def test_what_shows_most_on_finer_lumps_comes_along_where_coarse_ones_leave_it_behind() -> None:
+    first, alike, far, lead = (named(k, evidence=e) for k, e in (("a", 9.0), ("b", 8.5), ("c", 2.0), ("d", 1.0)))
+    told = partial(rival_acceptance.list_contenders, h(), h(), [first, alike, far])
+    assert told(None, 1) == [first, alike] and told(alike, 1) == [first, alike]
+    assert told(lead, 1) == [first, alike, lead]
+
+
+def test_rivals_are_weighed_by_what_finer_lumps_change_in_each_beside_the_first() -> None:
+    first, alike, far = (named(k, evidence=e) for k, e in (("a", 9.0), ("b", 8.5), ("c", 2.0)))
+    lead = named("d", evidence=1.0)
+    there = [h(evidence=e) for e in (29.0, 27.5, 61.0)]
+    ranked = weigh_on_lumps([first, alike, far], [first, alike, lead], there)
+    assert [(r.found[-1].key, r.weighed) for r in ranked] == [("d", 41.0), ("a", 9.0), ("b", 7.5), ("c", 2.0)]
+    assert weigh_on_lumps([first, far], [first, alike], [there[0], None]) == [first, far]
+
+
+def test_what_shows_most_is_looked_for_on_finer_lumps_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    ranked, begun = [named("a"), named("b")], [named("c"), named("d", is_searched_apart=True)]
+    current = h(machine="fine", linearised=None, values={})
+    trials = bare(current=current, fits=begun, fit_further=lambda fit: ("further", fit))
+    monkeypatch.setattr(finer_lumps, "expand", lambda of: of)
+    monkeypatch.setattr(finer_lumps, "candidate", lambda machine, kind, patch: patch)
+    best = "c"
+    monkeypatch.setattr(finer_lumps, "score_candidates", lambda fit, of, values, jobs: [bare(candidate=bare(key=best))])
+    assert finer_lumps.find_lead(current, trials, ranked, 1) is None
+    trials.current = h()
+    assert finer_lumps.find_lead(current, trials, ranked, 1) == ("further", begun[0])
+    best = "b"
+    assert finer_lumps.find_lead(current, trials, ranked, 1) is ranked[1]
 
 
 ADEQUATE, LITTLE = SETTINGS.adequate, 1.1
@@ -294,11 +345,15 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
 ) -> None:
     """told: whether what explains so far is enough not to try more, how often relays are looked for, what is kept;
     early: those found first (none found: None), nothing where what is likely explains much; late: those found last."""
+    case = bare(recordings=("run",) * 2, budget=TimeBudget())
+    seen = bare(before=h(case=case), proposed=(), scores=())
+    for k, each in enumerate((kept, *late, *(early or ()))):
+        each.found = (bare(key=(str(k),), is_timed=False),)
     is_poor, asked, widened = early is None or bool(early), list[int](), list[bool]()
     monkeypatch.setattr(
         next_finding, "_search_switching", lambda *of: asked.append(1) or list((early or ()) if is_poor else late)
     )
-    trials = bare(rank=lambda jobs: [kept], is_poor=lambda smooth: is_poor, little=LITTLE)
+    trials = bare(rank=lambda jobs: [kept], is_poor=lambda smooth: is_poor, little=LITTLE, current=seen.before)
     monkeypatch.setattr(next_finding, "start_trials", lambda *of: iter([trials]))
     monkeypatch.setattr(
         next_finding, "_fit_wider", lambda trials, ranked, is_told, jobs: widened.append(is_told) or ranked
@@ -306,11 +361,11 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     monkeypatch.setattr(next_finding, "place_ranked", lambda before, smooth, jobs: smooth)
     monkeypatch.setattr(rival_acceptance, "_skip_misleading", lambda before, ranked, jobs: ranked)
     monkeypatch.setattr(next_finding, "rank_beside_rest", lambda ranked, jobs: ranked)
-    monkeypatch.setattr(next_finding, "accept_best", lambda current, before, tried, threshold, jobs: tried[0])
+    monkeypatch.setattr(
+        next_finding, "accept_best", lambda current, before, ranked, tried, threshold, jobs: (tried[0], ranked)
+    )
     monkeypatch.setattr(next_finding, "exchange_kind", lambda current, kept, proposed, jobs: kept)
     monkeypatch.setattr(next_finding, "take_first", lambda current, before, ranked, threshold: None)
-    case = bare(recordings=("run",) * 2, budget=TimeBudget())
-    seen = bare(before=h(case=case), proposed=(), scores=())
     *_, (best, ranked) = next_finding.select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
     assert (widened, len(asked), "smooth" if best is kept else "relay") == ([told[0]], *told[1:])
     assert [each.evidence for each in ranked] == sorted((each.evidence for each in ranked), reverse=True)

@@ -24,8 +24,8 @@ class Hypothesis:
     """A machine with what is supposed to be missing in it, fitted.
 
     found: the patches laid over it, in their order; own: their numbers, free along with those of the file; fit: an
-    estimate where it is only compared with others; beside: its log evidence with heat of any course beside it, where
-    that was weighed.
+    estimate where it is only compared with others; beside: its log evidence with heat of any course beside it, or as
+    finer lumps tell, where that was weighed.
     """
 
     case: Case

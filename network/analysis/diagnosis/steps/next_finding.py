@@ -14,6 +14,7 @@ from network.analysis.diagnosis.lumps.lump_convergence import refine_until_conve
 from network.analysis.diagnosis.screening.screen import Score
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.finer_lumps import find_lead
 from network.analysis.diagnosis.steps.other_kinds import exchange_kind, put_in_place
 from network.analysis.diagnosis.steps.placement import place_ranked
 from network.analysis.diagnosis.steps.ranking import best_first, distinct
@@ -52,10 +53,11 @@ def select_next(
     if is_told_so_far(current):
         yield take_first(current, seen.before, ranked, threshold), ranked
     foremost, ranked = ranked[:1], rank_beside_rest(ranked, jobs)
-    tried = list_contenders(current, seen.before, ranked, jobs)
+    lead = find_lead(current, trials, ranked, jobs)
+    tried = list_contenders(current, seen.before, ranked, lead, jobs)
     if is_told_so_far(current) and _is_another(tried, foremost):
         yield take_first(current, seen.before, tried, threshold), ranked
-    best = accept_best(current, seen.before, tried, threshold, jobs)
+    best, ranked = accept_best(current, seen.before, ranked, tried, threshold, jobs)
     kept = best and exchange_kind(current, best, seen.proposed, jobs)
     yield kept, put_in_place(kept, best, ranked)
     is_due = (kept or current).chi > SETTINGS.adequate and not _is_next(current, kept)
@@ -63,9 +65,10 @@ def select_next(
     if not switched:
         return
     ranked = rank_beside_rest(best_first(*switched, *ranked), jobs)
-    again = list_contenders(current, seen.before, ranked, jobs)
-    other = accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
-    yield (other, ranked) if _is_better(other, kept) else (kept, put_in_place(kept, best, ranked))
+    again = list_contenders(current, seen.before, ranked, lead, jobs)
+    is_other = _keys_of(again) != _keys_of(tried)
+    other = accept_best(current, seen.before, ranked, again, threshold, jobs) if is_other else (None, ranked)
+    yield other if _is_better(other[0], kept) else (kept, put_in_place(kept, best, ranked))
 
 
 def _begin_trials(
@@ -92,8 +95,11 @@ def _leaves_little(before: Hypothesis, trials: TrialFits, h: Hypothesis) -> bool
 
 def _is_another(tried: Sequence[Hypothesis], told: Sequence[Hypothesis]) -> bool:
     """Whether the first that may be kept is none that was told first."""
-    keys = [[c.key for h in of[:1] for c in h.found[-1:]] for of in (tried, told)]
-    return bool(tried) and keys[0] != keys[1]
+    return bool(tried) and _keys_of(tried[:1]) != _keys_of(told[:1])
+
+
+def _keys_of(rivals: Sequence[Hypothesis]) -> list[tuple[str, ...]]:
+    return [c.key for h in rivals for c in h.found[-1:]]
 
 
 def _is_better(new: Hypothesis | None, told: Hypothesis | None) -> bool:

@@ -37,6 +37,21 @@ def lead_rivals(lead: Hypothesis, weighed: float, ranked: Sequence[Hypothesis]) 
     return [replace(lead, beside=weighed), *rest]
 
 
+def weigh_on_lumps(
+    ranked: Sequence[Hypothesis], tried: Sequence[Hypothesis], fitted: Sequence[Hypothesis | None]
+) -> list[Hypothesis]:
+    """Rivals, those that were tried on finer lumps among them, weighed by what these changed in each beside the first;
+    fitted: those there, None where one does not fit."""
+    told = [(h, there) for h, there in zip(tried, fitted, strict=True) if there is not None]
+    if len(told) < 2:
+        return [*ranked]
+    changes = [there.evidence - h.evidence for h, there in told]
+    weighed = [replace(h, beside=h.weighed + x - changes[0]) for (h, _), x in zip(told, changes, strict=True)]
+    keys = {h.found[-1].key for h in weighed}
+    rest = [h for h in ranked if h.found[-1].key not in keys]
+    return sorted([*weighed, *rest], key=lambda h: -h.weighed)
+
+
 def shares(of: Sequence[Hypothesis]) -> Array:
     """Their shares of the evidence, softened; they add up to 1. The first was kept: where another is before it by this
     evidence, it was behind on finer lumps, and counts as much."""

@@ -17,7 +17,7 @@ from network.analysis.diagnosis.lumps.lump_convergence import refine_until_conve
 from network.analysis.diagnosis.screening.timed_search import settle_instants
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.placement import near, place_best
-from network.analysis.diagnosis.steps.ranking import best_of, distinct
+from network.analysis.diagnosis.steps.ranking import best_of, distinct, weigh_on_lumps
 from network.analysis.diagnosis.steps.unseen_runs import tell_all_unseen
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
@@ -42,11 +42,16 @@ def take_first(
 
 
 def list_contenders(
-    current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
+    current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], lead: Hypothesis | None, jobs: int
 ) -> Sequence[Hypothesis]:
-    """Those of the rivals that may be kept: the best, and what comes near it if all were fitted on coarser lumps."""
+    """Those of the rivals that may be kept: the best, and what comes near it if all were fitted on coarser lumps; lead:
+    what shows most on finer ones, where it is not among these."""
     able = _skip_misleading(before, ranked, jobs)
-    return able[:1] if before is current else near(before, able, CARRIED)
+    if before is current:
+        return able[:1]
+    close = near(before, able, CARRIED)
+    is_other = lead is not None and all(h.found[-1].key != lead.found[-1].key for h in close)
+    return [*close, lead] if lead is not None and is_other else close
 
 
 def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int) -> Sequence[Hypothesis]:
@@ -66,26 +71,27 @@ def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
 
 
 def accept_best(
-    current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], threshold: float, jobs: int
-) -> Hypothesis | None:
-    """The best of some rivals on as many lumps as it takes; None where it gains no more than chance."""
-    best = _best_on_lumps(current, before, rivals, jobs)
-    if best is None or not is_gain(current, best, threshold):
-        return None
+    current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], tried: Sequence[Hypothesis],
+    threshold: float, jobs: int,
+) -> tuple[Hypothesis | None, list[Hypothesis]]:  # fmt: skip
+    """The best of some rivals on as many lumps as it takes, None where it gains no more than chance; and all of them,
+    weighed."""
+    fitted = _fit_contenders(current, before, tried, jobs)
+    weighed, best = weigh_on_lumps(ranked, tried, fitted), best_of(*fitted)
+    if best is None or not is_gain(current, best := reweight(best.case, best), threshold):
+        return None, weighed
     best = restart_from_starts(settle_instants(fit_afresh(best)), jobs)
-    return refine_until_converged(best.case, best, jobs)
+    return refine_until_converged(best.case, best, jobs), weighed
 
 
-def _best_on_lumps(
+def _fit_contenders(
     current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], jobs: int
-) -> Hypothesis | None:
-    """The best of some rivals on the lumps of what is there; None where there is none."""
+) -> Sequence[Hypothesis | None]:
+    """Rivals on the lumps of what is there; None for one that does not fit there."""
     if before is current or not rivals:
-        return reweight(rivals[0].case, rivals[0]) if rivals else None
+        return rivals
     case = replace(current.case, lacking=())
-    told = run_all(partial(_fit_on_lumps, case, current.root, rivals[0]), rivals, jobs)
-    best = best_of(*told)
-    return best and reweight(replace(case, began=best.case.began), best)
+    return run_all(partial(_fit_on_lumps, case, current.root, rivals[0]), rivals, jobs)
 
 
 def _fit_on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -> Hypothesis | None:

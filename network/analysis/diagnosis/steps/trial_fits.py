@@ -97,6 +97,10 @@ class TrialFits:
         """The best of what is begun."""
         return best_of(*self.fits)
 
+    def fit_further(self, begun: Hypothesis) -> Hypothesis | None:
+        """What is begun, fitted further to the runs of what is there; None where it runs away."""
+        return _continue_trial(self.current, begun)
+
     def fit_in_passing(self, begun: Hypothesis) -> list[Hypothesis]:
         """What is begun, fitted in a few steps to the runs of what is there; none where it runs away."""
         told = fit_with(self.current.case, self.current, begun.found[-1], begun.values, INTERIM_STEPS)
