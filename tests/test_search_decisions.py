@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -89,6 +90,17 @@ class Fit:
         return self.evidence if self.beside is None else self.beside
 
 
+@dataclass(frozen=True, eq=False)
+class Trials:
+    fits: Sequence[Any]
+
+    def fit_further(self, begun: Any) -> Any:
+        return h(begun.left)
+
+    def rank(self, jobs: int) -> list[Any]:
+        raise NotImplementedError
+
+
 class FinerKind:
     kind = "finer"
 
@@ -111,6 +123,27 @@ def seat(start: float, stop: float) -> Any:
 
 
 # -- whether to go on -----------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("soon", "late", "told", "ends"),
+    [((2.4, 1.9), 1.0, False, 0), ((1.2, 1.9), 1.05, True, 1), ((1.2, 1.1), 1.2, False, 2), ((), 1.0, False, 0)],
+)
+def test_one_thing_explains_all_only_where_that_soon_leaves_hardly_anything(
+    soon: tuple[float, ...], late: float, told: bool, ends: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """soon: what the trials leave after some steps, the third of them is not asked; late: what they leave in the end;
+    ends: how many of them are fitted so far."""
+    ranked = list[Any]()
+    trials = Trials([h(evidence=-float(k), left=chi) for k, chi in enumerate(soon)] + [h(evidence=-9.0, left=1.0)])
+    monkeypatch.setattr(Trials, "rank", lambda of, jobs: ranked.extend(of.fits) or [h(late) for _ in of.fits])
+    of = h(5.0, linearised=None, values={}, machine=None, case=bare(drivers=(), runs=None), fit=bare(left=[0.0] * 10))
+    monkeypatch.setattr(tracks, "candidates", lambda machine, drivers, runs: ())
+    scores = [bare(gain=100.0 if soon else 0.0, candidate="c")]
+    monkeypatch.setattr(tracks, "score_candidates", lambda fit, of, values, jobs: scores)
+    monkeypatch.setattr(tracks, "start_trials", lambda h, of, likely, jobs: iter([trials]))
+    assert tracks._is_explained(of, 1) is told
+    assert len(ranked) == ends
+
+
 @pytest.mark.parametrize(
     "of, told",
     [

@@ -8,6 +8,7 @@ one thing explains everything on those that were written: then the steps go from
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from network.analysis.diagnosis.candidates.candidates import candidates
@@ -19,7 +20,10 @@ from network.analysis.diagnosis.lumps.lump_refinement import MANY
 from network.analysis.diagnosis.screening.screen import score_candidates
 from network.analysis.diagnosis.screening.screening import Screening, leaves_something, screen_candidates
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.ranking import best_first
 from network.analysis.diagnosis.steps.refit import start_trials
+from network.analysis.diagnosis.steps.trial_fits import LEAST
+from network.platform.parallel import run_all
 
 
 class Track(NamedTuple):
@@ -61,11 +65,14 @@ def _may_hide(null: Hypothesis, written: Hypothesis) -> bool:
 
 
 def _is_explained(h: Hypothesis, jobs: int) -> bool:
-    """Whether one candidate leaves nothing; only those are fitted that show half of that where they are proposed."""
+    """Whether one candidate leaves nothing; only those are fitted that show half of that where they are proposed, and
+    to the end those of the best that soon leave hardly anything."""
     scores = score_candidates(h.linearised, candidates(h.machine, h.case.drivers, runs=h.case.runs), h.values, jobs)
     likely = [s for s in scores if share_shown(h, s.gain) >= SETTINGS.half]
     if not likely:
         return False
     (trials,) = start_trials(h, [s.candidate for s in likely], likely, jobs)
-    ranked = trials.rank(jobs)
-    return bool(ranked) and ranked[0].chi <= SETTINGS.noise
+    begun = best_first(*trials.fits)[:LEAST]
+    further = run_all(trials.fit_further, begun, jobs)
+    near = [trial for trial, h in zip(begun, further, strict=True) if h is not None and h.chi <= SETTINGS.adequate]
+    return any(h.chi <= SETTINGS.noise for h in replace(trials, fits=tuple(near)).rank(jobs))
