@@ -14,14 +14,16 @@ from fits import ANOTHER, USUAL, recorded, speeds, two_blocks
 from network import Machine, Recording, calibrate, simulate
 from network.analysis.calibration.band_coverage import measure_coverage, pool_coverage
 from network.analysis.calibration.calibrate import Calibration
-from network.analysis.calibration.calibrated_patch import patch_text
+from network.analysis.calibration.calibrated_patch import patch_text, with_fitted_numbers
 from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.calibration.generalisation import estimate_left
 from network.analysis.calibration.left_out import refit_without
 from network.analysis.calibration.tcp_bands import Posterior, bands_of
 from network.analysis.comparison.compare import compare
+from network.catalogue.declaration.entry_path import NumberPath
 from network.cli import cli
-from network.engine.response.parameters import at_values, centres, free_parameters, values_at
+from network.engine.response.parameters import at_values, centres, free_parameters, parameter, values_at
+from network.platform.quantities.units import Number
 from network.platform.refusal import Refused
 from network.recordings.extrapolation import SLACK, list_extrapolated
 from network.recordings.scenario import Scenario
@@ -290,3 +292,13 @@ def test_calibrate_tells_whether_bands_hold_on_held_out_runs(wrong: Calibration)
     assert summary["coverage"]["inside"] == pool_coverage(wrong.coverage)
     assert summary["validity"]["ranges"]["speed"] == "0..8000 rpm"
     assert not measure_coverage(two_blocks(), compare(drawn(0), run(drawn(0), USUAL, 1, "one")))
+
+
+def test_a_number_that_is_fitted_to_zero_stands_in_the_file_without_a_spread() -> None:
+    """0 W that cannot be less: a prior of a file spreads no zero, and the machine could not be read again."""
+    machine = two_blocks()
+    path = NumberPath.parse("links.skin.conductance", machine.paths)
+    assert path is not None
+    p = parameter(machine, path, Number(0.0, "normal", 1.0))
+    told = with_fitted_numbers(machine, [p], [0.0], [0.5])
+    assert p.value(0.0) == 0.0 and told.by_path[p.entry].__dict__[p.attribute] == 0.0

@@ -20,13 +20,16 @@ DIGITS, SPREAD_DIGITS = 6, 3
 
 
 def text_of(p: Parameter, value: float, spread: float) -> str:
-    """A calibrated number as it stands in a file; spread: 1σ of θ. Rounded where nobody would miss it."""
+    """A calibrated number as it stands in a file; spread: 1σ of θ. Rounded where nobody would miss it; none of a zero
+    that cannot be negative, which no prior of a file spreads."""
     given = unit(p.field.unit)
     shown = difference(given) if p.field.unit == "K" else given
     value = shown.to_si(float(f"{shown.from_si(value):.{DIGITS}g}"))
     if p.is_log:
         spread = float(f"{max(spread, 1e-6) * 100:.{SPREAD_DIGITS}g}") / 100
         return str(p.field.write(Number(value, "log", spread)))
+    if value == 0 and not p.field.may_be_negative:
+        return str(p.field.write(Number(0.0)))
     scale = difference(given).scale
     spread = float(f"{max(spread, 1e-12 * scale) / scale:.{SPREAD_DIGITS}g}") * scale
     return str(p.field.write(Number(value, "normal", spread)))
