@@ -16,7 +16,7 @@ from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.finer_lumps import find_lead
 from network.analysis.diagnosis.steps.other_kinds import exchange_kind, put_in_place
-from network.analysis.diagnosis.steps.placement import place_ranked
+from network.analysis.diagnosis.steps.placement import near, place_ranked
 from network.analysis.diagnosis.steps.ranking import best_first, distinct
 from network.analysis.diagnosis.steps.refit import start_trials
 from network.analysis.diagnosis.steps.rival_acceptance import accept_best, list_contenders, take_first
@@ -61,7 +61,7 @@ def select_next(
     kept = best and exchange_kind(current, best, seen.proposed, jobs)
     yield kept, put_in_place(kept, best, ranked)
     is_due = (kept or current).chi > SETTINGS.adequate and not _is_next(current, kept)
-    switched = sway() if may_switch and early is None and is_due else []
+    switched = sway(kept) if may_switch and early is None and is_due else []
     if not switched:
         return
     ranked = rank_beside_rest(best_first(*switched, *ranked), jobs)
@@ -124,10 +124,10 @@ def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs:
     return ranked
 
 
-def _search_switching(seen: Screening, seed: int, jobs: int) -> list[Hypothesis]:
+def _search_switching(seen: Screening, seed: int, jobs: int, kept: Hypothesis | None = None) -> list[Hypothesis]:
     """The relays that explain most, where readings show how they switch, or else looked for where unknown heat would
-    explain most; where the best leaves much, each on the lumps that it takes, for on coarse ones another place may seem
-    the better."""
+    explain most; where the best leaves much, each that comes near what is kept on the lumps that it takes, for on
+    coarse ones another place may seem the better."""
     switched, case = [c for c in seen.proposed if c.switches], seen.before.case
     found = search_shown_relays(case, seen.before, switched, jobs)
     if not found or found[0].chi >= SETTINGS.adequate:
@@ -138,7 +138,9 @@ def _search_switching(seen: Screening, seed: int, jobs: int) -> list[Hypothesis]
     found = distinct(found)
     if not found or found[0].chi < SETTINGS.adequate or case.lacking:
         return found
-    return best_first(*(compact(refine_until_converged(h.case, h, jobs)) for h in found))
+    close = found if kept is None else near(seen.before, [kept, *found], len(found) + 1)[1:]
+    refined = [compact(refine_until_converged(h.case, h, jobs)) for h in close]
+    return best_first(*refined, *found[len(close) :])
 
 
 def shows_nothing(seen: Screening) -> bool:
