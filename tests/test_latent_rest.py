@@ -27,7 +27,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps import unseen_runs
 from network.analysis.diagnosis.steps.backward_elimination import is_imitation
 from network.analysis.diagnosis.steps.foretold_runs import ForetoldRuns
-from network.analysis.diagnosis.steps.unseen_runs import tell_unseen, unseen_misfit
+from network.analysis.diagnosis.steps.unseen_runs import Unseen, tell_unseen, unseen_misfit
 
 PUMP = {"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "60 W"}}
 BURSTS = {
@@ -207,3 +207,16 @@ def test_a_search_over_many_runs_stands_on_those_told_worst_and_is_tested_on_all
     assert told.found and len(told.case.recordings) == 5
     direct = fit_findings(case, case.machine, told.found, null.values)
     assert direct is not None and told.own_values == pytest.approx(direct.own_values, rel=1e-2)
+
+
+def test_a_run_that_nothing_tells_does_not_outweigh_those_that_are_told() -> None:
+    """Readings of the second run are off by 8 σ, for a sensor came loose: heat of any course beside nothing tells them
+    better there, and what was found tells the others."""
+    found = Unseen.together([Unseen(9.0 * 100, 100, -450.0), Unseen(64.0 * 100, 100, -6000.0)])
+    nothing = Unseen.together([Unseen(25.0 * 100, 100, -1250.0), Unseen(100.0 * 100, 100, -3000.0)])
+    assert nothing.density > found.density
+    assert found.gain_over(nothing) == pytest.approx(800 / 9 - 3000 / 64)
+    assert found.gain_over(nothing) == -nothing.gain_over(found)
+    assert Unseen(50.0, 100, -20.0).gain_over(Unseen(90.0, 100, -40.0)) == 20.0
+    assert Unseen.broken().gain_over(found) == -np.inf and found.gain_over(Unseen.broken()) == np.inf
+    assert Unseen.broken().gain_over(Unseen.broken()) == 0.0

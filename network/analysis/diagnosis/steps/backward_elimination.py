@@ -74,8 +74,9 @@ def _keep_what_predicts(
         less = [_without(before, current, out) for out in current.found]
         able = iter(tell_all_unseen([build_surrogate(h) for h in less if h is not None and h.found], jobs))
         told = [Unseen.broken() if h is None else next(able) if h.found else start for h in less]
-        k = int(np.argmax([unseen.density for unseen in told]))
-        if (other := less[k]) is None or told[k].density < now.density:
+        gains_without = [unseen.gain_over(now) for unseen in told]
+        k = int(np.argmax(gains_without))
+        if (other := less[k]) is None or gains_without[k] < 0:
             break
         current, now, gains = other, told[k], (*gains[:k], *gains[k + 1 :])
     return current, gains, share_explained(start.chi, now.chi)

@@ -37,11 +37,12 @@ single run tells the rest."""
 class Unseen:
     """What is left of readings that were told by others. misfit: Σ of squares in noise, with what the constants of
     these runs are strained by and numbers of findings moved; rows: how many; density: their log predictive density
-    [nats]."""
+    [nats]; parts: those that were told together, if there are several."""
 
     misfit: float
     rows: int
     density: float
+    parts: tuple[Unseen, ...] = ()
 
     @classmethod
     def broken(cls) -> Unseen:
@@ -50,13 +51,25 @@ class Unseen:
 
     @classmethod
     def together(cls, parts: Iterable[Unseen]) -> Unseen:
+        parts = tuple(parts)
         misfits, rows, densities = zip(*((p.misfit, p.rows, p.density) for p in parts), strict=True)
-        return cls(sum(misfits), sum(rows), sum(densities))
+        return cls(sum(misfits), sum(rows), sum(densities), parts)
 
     @property
     def chi(self) -> float:
         """Rms in noise."""
         return float(np.sqrt(self.misfit / max(self.rows, 1)))
+
+    def gain_over(self, other: Unseen) -> float:
+        """How much more likely these readings are than as told by another [nats], each part in the noise that the
+        better of both leaves there: what neither tells, like a sensor that comes loose in one run, speaks for neither
+        with the weight of what is known."""
+        if self.density == other.density:
+            return 0.0
+        if not np.isfinite([self.density, other.density]).all():
+            return self.density - other.density
+        pairs = zip(self.parts or (self,), other.parts or (other,), strict=True)
+        return sum((a.density - b.density) / max(1.0, min(a.chi, b.chi)) ** 2 for a, b in pairs)
 
 
 def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
