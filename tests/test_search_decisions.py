@@ -216,7 +216,7 @@ def test_under_the_noise_of_the_file_one_candidate_has_to_be_worth_a_name(
     seen = bare(scores=[bare(gain=share * SETTINGS.worth * 1000)], before=bent, whole=None)
     monkeypatch.setattr(forward_selection, "screen_candidates", lambda *_: screened.append(1) or seen)
     monkeypatch.setattr(forward_selection, "_take_steps", take)
-    assert forward_selection._select_under_file_noise(null, Selection(null), 0, 1, lambda share: None) is None
+    assert not [*forward_selection._select_under_file_noise(null, Selection(null), 0, 1, lambda share: None)]
     assert (bool(screened), bool(taken)) == (is_screened, is_searched)
 
 
@@ -250,10 +250,33 @@ def test_time_that_is_up_under_the_noise_of_the_file_ends_only_a_search_that_fou
     monkeypatch.setattr(forward_selection, "use_file_noise", lambda case: case)
     null, told = h(2.0), Selection(h(1.0, found=found))
     if found:
-        assert forward_selection._select_under_file_noise(null, told, 0, 1, lambda share: None) is None
+        assert not [*forward_selection._select_under_file_noise(null, told, 0, 1, lambda share: None)]
         return
     with pytest.raises(BudgetReached):
-        forward_selection._select_under_file_noise(null, told, 0, 1, lambda share: None)
+        next(forward_selection._select_under_file_noise(null, told, 0, 1, lambda share: None))
+
+
+def test_the_first_step_under_the_noise_of_the_file_is_tested_before_the_next_may_use_up_the_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    far = {"fit": bare(left=[0.0] * 1000)}
+
+    def take(null: Any, about: Any, first: Any, seed: int, jobs: int, tell: Any, most: float) -> Any:
+        if most > 1:
+            raise BudgetReached
+        yield from ()
+        return Selection(h(1.0, found=("path",)))
+
+    monkeypatch.setattr(forward_selection, "scores_as_much", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "reweight", lambda case, of: h(2.0, **far))
+    monkeypatch.setattr(forward_selection, "use_file_noise", lambda case: case)
+    seen = bare(scores=[bare(gain=1000.0)], before=h(2.0, **far), whole=None)
+    monkeypatch.setattr(forward_selection, "screen_candidates", lambda *_: seen)
+    monkeypatch.setattr(forward_selection, "_take_steps", take)
+    monkeypatch.setattr(forward_selection, "_on_all_runs", lambda null, of: of)
+    monkeypatch.setattr(forward_selection, "check_selection", lambda null, of, jobs: replace(of, is_checked=True))
+    told = [*forward_selection._select_under_file_noise(h(2.0), Selection(h(1.0)), 0, 1, lambda share: None)]
+    assert [(of.best.found, of.is_checked) for of in told] == [(("path",), True)]
 
 
 @pytest.mark.parametrize(

@@ -55,9 +55,9 @@ def select_forward(
     apart = _select_by_thermometers(null, told, first, seed, jobs, tell)
     if apart is not None and _tells_more(apart, told):
         yield (told := apart)
-    held = _select_under_file_noise(null, told, seed, jobs, tell)
-    if held is not None and not (told.best.found and _tells_more(told, held)):
-        yield held
+    for held in _select_under_file_noise(null, told, seed, jobs, tell):
+        if not (told.best.found and _tells_more(told, held)):
+            yield (told := held)
 
 
 def _tells_more(other: Selection, told: Selection) -> bool:
@@ -103,28 +103,31 @@ def _select_by_thermometers(
 
 def _select_under_file_noise(
     null: Hypothesis, told: Selection, seed: int, jobs: int, tell: Callable[[float], None]
-) -> Selection | None:
-    """What the steps come to from a tested selection under the noise of the file, tested, where that leaves much there;
-    None where no candidate is worth a name: what one alone explains may have passed for coloured noise, which many
-    things together are. Where the time is up beside what was found, that was no part of the search."""
+) -> Iterator[Selection]:
+    """What the first step comes to from a tested selection under the noise of the file, then all of them, each tested,
+    where that leaves much there; nothing where no candidate is worth a name: what one alone explains may have passed
+    for coloured noise, which many things together are. Where the time is up beside what was found, that was no part of
+    the search."""
     bare = reweight(use_file_noise(told.best.case), told.best)
     if bare.chi <= SETTINGS.doubtful or len(bare.found) >= SETTINGS.findings:
-        return None
+        return
     try:
         if not scores_as_much(bare, HOPE * SETTINGS.worth, seed, jobs):
-            return None
+            return
         seen = screen_candidates(bare, seed, jobs)
         most = max((s.gain for s in seen.scores), default=0.0)
         if most < SETTINGS.worth * len(seen.before.fit.left):
-            return None
+            return
         about = replace(told.keep_steps_found(), best=seen.whole or bare)
-        further = _run_out(_take_steps(bare, about, seen, seed, jobs, tell))
-        is_more = len(further.best.found) > len(about.best.found)
-        return check_selection(null, _on_all_runs(null, further), jobs) if is_more else None
+        for count in range(len(about.best.found) + 1, int(SETTINGS.findings) + 1):
+            further = _run_out(_take_steps(bare, about, seen, seed, jobs, tell, count))
+            if len(further.best.found) < count:
+                return
+            told = check_selection(null, _on_all_runs(null, about := further), jobs)
+            yield told
     except BudgetReached:
-        if told.best.found:
-            return None
-        raise
+        if not told.best.found:
+            raise
 
 
 def _take_steps(

@@ -50,8 +50,8 @@ def list_contenders(
     if before is current:
         return able[:1]
     close = near(before, able, CARRIED)
-    is_other = lead is not None and all(h.found[-1].key != lead.found[-1].key for h in close)
-    return [*close, lead] if lead is not None and is_other else close
+    is_among = lead is None or any(h.found[-1].key == lead.found[-1].key for h in close)
+    return close if lead is None or is_among else [*close, lead]
 
 
 def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int) -> Sequence[Hypothesis]:
