@@ -427,6 +427,14 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     assert [each.evidence for each in ranked] == sorted((each.evidence for each in ranked), reverse=True)
 
 
+@pytest.mark.parametrize(("lumps", "able"), [(8, ["a"]), (20, ["a", "b"])])
+def test_relays_behind_what_is_kept_take_finer_lumps_only_where_that_did(lumps: int, able: list[str]) -> None:
+    before, kept = h(evidence=100.0, machine=bare(lumps=8)), h(evidence=200.0, machine=bare(lumps=lumps))
+    found = [named("a", 210.0), named("b", 190.0), named("c", 120.0)]
+    assert [each.found[-1].key for each in next_finding._list_able(before, kept, found)] == able
+    assert next_finding._list_able(before, None, found) == found
+
+
 @pytest.mark.parametrize("runs", [2, 1])
 def test_what_explains_best_so_far_is_told_where_the_time_is_up(runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """From the first fits on, each better founded than the one before, while nothing else is found; no step further is

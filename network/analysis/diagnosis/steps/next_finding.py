@@ -126,7 +126,7 @@ def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs:
 
 def _search_switching(seen: Screening, seed: int, jobs: int, kept: Hypothesis | None = None) -> list[Hypothesis]:
     """The relays that explain most, where readings show how they switch, or else looked for where unknown heat would
-    explain most; where the best leaves much, each that comes near what is kept on the lumps that it takes, for on
+    explain most; where the best leaves much, each that may come before what is kept on the lumps that it takes, for on
     coarse ones another place may seem the better."""
     switched, case = [c for c in seen.proposed if c.switches], seen.before.case
     found = search_shown_relays(case, seen.before, switched, jobs)
@@ -138,9 +138,19 @@ def _search_switching(seen: Screening, seed: int, jobs: int, kept: Hypothesis | 
     found = distinct(found)
     if not found or found[0].chi < SETTINGS.adequate or case.lacking:
         return found
-    close = found if kept is None else near(seen.before, [kept, *found], len(found) + 1)[1:]
+    close = _list_able(seen.before, kept, found)
     refined = [compact(refine_until_converged(h.case, h, jobs)) for h in close]
     return best_first(*refined, *found[len(close) :])
+
+
+def _list_able(before: Hypothesis, kept: Hypothesis | None, found: Sequence[Hypothesis]) -> Sequence[Hypothesis]:
+    """Those of explanations, the best first, that may come before what is kept: that do on its lumps, or come near it
+    where it takes finer ones."""
+    if kept is None:
+        return found
+    if kept.machine.lumps == before.machine.lumps:
+        return [h for h in found if h.evidence > kept.evidence]
+    return near(before, [kept, *found], len(found) + 1)[1:]
 
 
 def shows_nothing(seen: Screening) -> bool:
