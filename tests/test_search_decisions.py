@@ -46,7 +46,7 @@ from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill import find_standstill
 from network.analysis.diagnosis.steps import (
-    finer_lumps,
+    finer_lead,
     forward_selection,
     next_finding,
     placement,
@@ -370,15 +370,15 @@ def test_what_shows_most_is_looked_for_on_finer_lumps_alone(monkeypatch: pytest.
     ranked, begun = [named("a"), named("b")], [named("c"), named("d", is_searched_apart=True)]
     current = h(machine="fine", linearised=None, values={})
     trials = bare(current=current, fits=begun, fit_further=lambda fit: ("further", fit))
-    monkeypatch.setattr(finer_lumps, "expand", lambda of: of)
-    monkeypatch.setattr(finer_lumps, "candidate", lambda machine, kind, patch: patch)
+    monkeypatch.setattr(finer_lead, "expand", lambda of: of)
+    monkeypatch.setattr(finer_lead, "candidate", lambda machine, kind, patch: patch)
     best = "c"
-    monkeypatch.setattr(finer_lumps, "score_candidates", lambda fit, of, values, jobs: [bare(candidate=bare(key=best))])
-    assert finer_lumps.find_lead(current, trials, ranked, 1) is None
+    monkeypatch.setattr(finer_lead, "score_candidates", lambda fit, of, values, jobs: [bare(candidate=bare(key=best))])
+    assert finer_lead.find_lead(current, trials, ranked, 1) is None
     trials.current = h()
-    assert finer_lumps.find_lead(current, trials, ranked, 1) == ("further", begun[0])
+    assert finer_lead.find_lead(current, trials, ranked, 1) == ("further", begun[0])
     best = "b"
-    assert finer_lumps.find_lead(current, trials, ranked, 1) is ranked[1]
+    assert finer_lead.find_lead(current, trials, ranked, 1) is ranked[1]
 
 
 ADEQUATE, LITTLE = SETTINGS.adequate, 1.1
@@ -1632,6 +1632,17 @@ def test_what_passed_for_noise_is_looked_for_again(
     assert forward_selection._shows_more(now, checked) is told
     fewer = bare(best=h(left, found=(*found, "c"), offset_pull=0.0))
     assert forward_selection._shows_more(fewer, checked) is (len(found) == 1 and under > SETTINGS.further)
+
+
+def test_a_step_that_went_from_what_held_in_the_end_is_not_taken_again() -> None:
+    def state(*keys: str, noise: float = 1.0, runs: int = 3) -> Any:
+        case = bare(noise=noise, sigma={}, recordings=(0,) * runs)
+        return h(found=tuple(bare(key=key) for key in keys), case=case)
+
+    now = Selection(state("oil", "clock"), (state(), state("oil")))
+    assert now.went_from(state("oil")) and now.went_from(state())
+    other = (state("oil", noise=2.0), state("fan"), state("oil", runs=4), state("oil", "clock"))
+    assert not any(now.went_from(each) for each in other)
 
 
 def test_steps_of_what_is_not_there_any_more_are_left_out() -> None:

@@ -26,3 +26,7 @@ def estimate_noise(case: Case, hypothesis: Hypothesis) -> Case:
 def use_file_noise(case: Case) -> Case:
     """The case under the noise of the file: what a relay does over minutes must not pass for coloured noise."""
     return replace(case, noise=Noise(), sigma={})
+
+
+def have_same_noise(one: Case, other: Case) -> bool:
+    return (one.noise, one.sigma) == (other.noise, other.sigma)

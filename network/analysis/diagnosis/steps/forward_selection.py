@@ -8,7 +8,7 @@ from functools import partial
 from typing import cast
 
 from network.analysis.calibration.gauss_newton import STEPS
-from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
+from network.analysis.diagnosis.hypotheses.case_noise import have_same_noise, use_file_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import compact
 from network.analysis.diagnosis.hypotheses.falling_short import explains_half
 from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED, on_all_runs, on_few_runs
@@ -48,7 +48,7 @@ def select_forward(
     told = check_selection(null, _on_all_runs(null, now), jobs)
     yield told
     if _shows_more(now, told):
-        again = _go_on(null, told, first, seed, jobs, tell)
+        again = None if now.went_from(told.best) else _go_on(null, told, first, seed, jobs, tell)
         if again is not None and _tells_more(again, told):
             yield again
         return
@@ -182,8 +182,7 @@ def _may_show_relays(now: Selection) -> bool:
     if not now.befores or not now.best.found or now.best.found[-1].switches:
         return True
     case, before = now.best.case, now.befores[-1]
-    is_alike = (before.case.noise, before.case.sigma) == (case.noise, case.sigma)
-    return explains_half(before if is_alike else reweight(case, before), now.best)
+    return explains_half(before if have_same_noise(before.case, case) else reweight(case, before), now.best)
 
 
 def _run_out(steps: Generator[Selection, None, Selection]) -> Selection:

@@ -14,7 +14,7 @@ from network.analysis.diagnosis.lumps.lump_convergence import refine_until_conve
 from network.analysis.diagnosis.screening.screen import Score
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.steps.finer_lumps import find_lead
+from network.analysis.diagnosis.steps.finer_lead import find_lead
 from network.analysis.diagnosis.steps.other_kinds import exchange_kind, put_in_place
 from network.analysis.diagnosis.steps.placement import near, place_ranked
 from network.analysis.diagnosis.steps.ranking import best_first, distinct

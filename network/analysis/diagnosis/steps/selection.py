@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.hypotheses.case_noise import have_same_noise
+from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.screening.crossed_splits import UnseenTest
 from network.analysis.diagnosis.settings import SETTINGS
@@ -43,6 +45,15 @@ class Selection:
             self, befores=tuple(self.befores[k] for k in held), steps=tuple(self.steps[k] for k in held),
             unseen=tuple(self.unseen[k] for k in held if k < len(self.unseen)),
         )  # fmt: skip
+
+    def went_from(self, h: Hypothesis) -> bool:
+        """Whether a step went from these findings under the same noise and on the same runs: it would lead there
+        again."""
+        count = len(h.found)
+        if count >= len(self.befores) or len(h.case.recordings) > SEARCHED:
+            return False
+        is_there = [c.key for c in self.befores[count].found] == [c.key for c in h.found]
+        return is_there and have_same_noise(self.best.case, h.case)
 
     def step_of(self, c: Candidate) -> int:
         """The step in which a finding was made, or the one in the place of which it came."""
