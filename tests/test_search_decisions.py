@@ -1634,6 +1634,22 @@ def test_what_passed_for_noise_is_looked_for_again(
     assert forward_selection._shows_more(fewer, checked) is (len(found) == 1 and under > SETTINGS.further)
 
 
+@pytest.mark.parametrize(("gain", "told"), [(90.0, "finer"), (60.0, "few")])
+def test_what_a_few_lumps_lack_is_no_candidate_where_finer_ones_explain_more(
+    gain: float, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is left, and a candidate shows 66 nats; finer lumps explain 90 or 60."""
+    few, finer = (h(1.0, e, name=name, offset_pull=0.0, is_bent=False) for e, name in ((0.0, "few"), (gain, "finer")))
+    first = bare(scores=[bare(gain=66.0)], before=bare(fit=bare(left=[0.0] * 100)))
+    monkeypatch.setattr(lump_convergence, "choose_lumps", lambda *of: "cut")
+    monkeypatch.setattr(lump_convergence, "fit_on_finer_lumps", lambda *of: finer)
+    monkeypatch.setattr(forward_selection, "screen_candidates", lambda of, seed, jobs: of.name)
+    begun, seen = forward_selection._settle_lumps(few, first, 0, 1)
+    assert begun.name == told and (seen is first) is (told == "few")
+    far = h(SETTINGS.noise + 0.1, offset_pull=0.0)
+    assert forward_selection._settle_lumps(far, first, 0, 1) == (far, first)
+
+
 def test_a_step_that_went_from_what_held_in_the_end_is_not_taken_again() -> None:
     def state(*keys: str, noise: float = 1.0, runs: int = 3) -> Any:
         case = bare(noise=noise, sigma={}, recordings=(0,) * runs)

@@ -14,6 +14,7 @@ from network.analysis.diagnosis.hypotheses.falling_short import explains_half
 from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED, on_all_runs, on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, reweight
+from network.analysis.diagnosis.lumps.lump_convergence import refine_once
 from network.analysis.diagnosis.screening.screening import (
     Screening,
     leaves_something,
@@ -44,7 +45,8 @@ def select_forward(
     taken on thermometers alone, where displacements leave much, and under the noise of the file, where that does not
     explain what is left. What these come to is tested under the noise that it leaves, as all is.
     """
-    now = yield from _take_steps(null, Selection(first.whole or null), first, seed, jobs, tell)
+    begun, seen = _settle_lumps(first.whole or null, first, seed, jobs)
+    now = yield from _take_steps(null, Selection(begun), seen, seed, jobs, tell)
     told = check_selection(null, _on_all_runs(null, now), jobs)
     yield told
     if _shows_more(now, told):
@@ -58,6 +60,17 @@ def select_forward(
     for held in _select_under_file_noise(null, told, seed, jobs, tell):
         if not (told.best.found and _tells_more(told, held)):
             yield (told := held)
+
+
+def _settle_lumps(
+    begun: Hypothesis, first: Screening, seed: int, jobs: int
+) -> tuple[Hypothesis, Screening]:  # fmt: skip
+    """Where steps begin, and its screening: where nothing is left but a candidate shows, on the lumps that it takes if
+    these explain more than that, for what few of them lack looks like a candidate."""
+    if leaves_something(begun) or not _shows_name(begun, first):
+        return begun, first
+    finer = refine_once(begun, max(s.gain for s in first.scores), jobs)
+    return (begun, first) if finer is begun else (finer, screen_candidates(finer, seed, jobs))
 
 
 def _tells_more(other: Selection, told: Selection) -> bool:
