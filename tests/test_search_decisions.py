@@ -46,6 +46,7 @@ from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill import find_standstill
 from network.analysis.diagnosis.steps import (
+    faint_candidates,
     finer_lead,
     forward_selection,
     next_finding,
@@ -169,9 +170,9 @@ def test_one_candidate_that_shows_half_of_what_lumps_may_leave_is_looked_at_wher
     """Half of (χ² − 1)/2 nats for each of 1000 readings, beside numbers that are near those of the file."""
     gain = share * 0.5 * (NOISE**2 - 1) / 2 * 1000
     seen = bare(scores=[bare(gain=1.0), bare(gain=gain)], before=bare(fit=bare(left=[0.0] * 1000)))
-    assert forward_selection._shows_name(of, seen) is told
+    assert faint_candidates.shows_name(of, seen) is told
     few = bare(scores=[bare(gain=SETTINGS.least)], before=bare(fit=bare(left=[0.0] * 100)))
-    assert not forward_selection._shows_name(of, few)
+    assert not faint_candidates.shows_name(of, few)
 
 
 @pytest.mark.parametrize(("spent", "lumps", "looked"), [(0.0, 999, True), (1.0, 999, False), (1.0, 2, True)])
@@ -1643,11 +1644,11 @@ def test_what_a_few_lumps_lack_is_no_candidate_where_finer_ones_explain_more(
     first = bare(scores=[bare(gain=66.0)], before=bare(fit=bare(left=[0.0] * 100)))
     monkeypatch.setattr(lump_convergence, "choose_lumps", lambda *of: "cut")
     monkeypatch.setattr(lump_convergence, "fit_on_finer_lumps", lambda *of: finer)
-    monkeypatch.setattr(forward_selection, "screen_candidates", lambda of, seed, jobs: of.name)
-    begun, seen = forward_selection._settle_lumps(few, first, 0, 1)
+    monkeypatch.setattr(faint_candidates, "screen_candidates", lambda of, seed, jobs: of.name)
+    begun, seen = faint_candidates.settle_lumps(few, first, 0, 1)
     assert begun.name == told and (seen is first) is (told == "few")
     far = h(SETTINGS.noise + 0.1, offset_pull=0.0)
-    assert forward_selection._settle_lumps(far, first, 0, 1) == (far, first)
+    assert faint_candidates.settle_lumps(far, first, 0, 1) == (far, first)
 
 
 def test_a_step_that_went_from_what_held_in_the_end_is_not_taken_again() -> None:

@@ -14,7 +14,6 @@ from network.analysis.diagnosis.hypotheses.falling_short import explains_half
 from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED, on_all_runs, on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, reweight
-from network.analysis.diagnosis.lumps.lump_convergence import refine_once
 from network.analysis.diagnosis.screening.screening import (
     Screening,
     leaves_something,
@@ -24,6 +23,7 @@ from network.analysis.diagnosis.screening.screening import (
 from network.analysis.diagnosis.screening.significance import null_threshold
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.backward_elimination import check_selection
+from network.analysis.diagnosis.steps.faint_candidates import settle_lumps, shows_name
 from network.analysis.diagnosis.steps.first_rivals import rerank_first
 from network.analysis.diagnosis.steps.next_finding import HOPE, is_told_so_far, select_next, shows_nothing
 from network.analysis.diagnosis.steps.rival_acceptance import INTERIM_STEPS
@@ -45,7 +45,7 @@ def select_forward(
     taken on thermometers alone, where displacements leave much, and under the noise of the file, where that does not
     explain what is left. What these come to is tested under the noise that it leaves, as all is.
     """
-    begun, seen = _settle_lumps(first.whole or null, first, seed, jobs)
+    begun, seen = settle_lumps(first.whole or null, first, seed, jobs)
     now = yield from _take_steps(null, Selection(begun), seen, seed, jobs, tell)
     told = check_selection(null, _on_all_runs(null, now), jobs)
     yield told
@@ -60,17 +60,6 @@ def select_forward(
     for held in _select_under_file_noise(null, told, seed, jobs, tell):
         if not (told.best.found and _tells_more(told, held)):
             yield (told := held)
-
-
-def _settle_lumps(
-    begun: Hypothesis, first: Screening, seed: int, jobs: int
-) -> tuple[Hypothesis, Screening]:  # fmt: skip
-    """Where steps begin, and its screening: where nothing is left but a candidate shows, on the lumps that it takes if
-    these explain more than that, for what few of them lack looks like a candidate."""
-    if leaves_something(begun) or not _shows_name(begun, first):
-        return begun, first
-    finer = refine_once(begun, max(s.gain for s in first.scores), jobs)
-    return (begun, first) if finer is begun else (finer, screen_candidates(finer, seed, jobs))
 
 
 def _tells_more(other: Selection, told: Selection) -> bool:
@@ -149,7 +138,7 @@ def _take_steps(
 ) -> Generator[Selection, None, Selection]:  # fmt: skip
     """The steps from a selection, each as it is taken if it may be told so far, and where they come to; most:
     findings."""
-    while (leaves_something(now.best) or _shows_name(now.best, first)) and len(now.best.found) < most:
+    while (leaves_something(now.best) or shows_name(now.best, first)) and len(now.best.found) < most:
         current, count = now.best, len(now.steps)
         seen = first if not current.found or current is first.whole else screen_candidates(current, seed, jobs)
         if shows_nothing(seen):
@@ -177,16 +166,6 @@ def _shows_again(now: Selection) -> bool:
     was not chosen. Else the last test may not let it stand."""
     test = now.unseen_of(now.best.found[-1])
     return len(now.best.found) < 2 or test is None or test.shows_again or now.best.chi <= SETTINGS.noise
-
-
-def _shows_name(current: Hypothesis, first: Screening) -> bool:
-    """Whether one candidate shows half of what lumps may leave, where nothing was found yet: what is missing may have
-    passed for noise, constant errors of sensors and numbers near those of the file. Far from these a score tells
-    little."""
-    if current.found or current.is_bent:
-        return False
-    left = (SETTINGS.noise**2 - 1) / 2 * len(first.before.fit.left)
-    return any(s.gain > max(SETTINGS.half * left, SETTINGS.least) for s in first.scores)
 
 
 def _may_show_relays(now: Selection) -> bool:
