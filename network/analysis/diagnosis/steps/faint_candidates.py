@@ -8,9 +8,7 @@ from network.analysis.diagnosis.screening.screening import Screening, leaves_som
 from network.analysis.diagnosis.settings import SETTINGS
 
 
-def settle_lumps(
-    begun: Hypothesis, first: Screening, seed: int, jobs: int
-) -> tuple[Hypothesis, Screening]:  # fmt: skip
+def settle_lumps(begun: Hypothesis, first: Screening, seed: int, jobs: int) -> tuple[Hypothesis, Screening]:
     """Where steps begin, and its screening: where nothing is left but a candidate shows, on the lumps that it takes if
     these explain more than that, for what few of them lack looks like a candidate."""
     if leaves_something(begun) or not shows_name(begun, first):

@@ -33,8 +33,13 @@ def distinct(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
 
 def lead_rivals(lead: Hypothesis, weighed: float, ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Rivals behind one that comes before them with some log evidence, in its own stead where it is among them."""
-    rest = [h for h in ranked if h.found[-1].key != lead.found[-1].key]
-    return [replace(lead, beside=weighed), *rest]
+    return [replace(lead, beside=weighed), *leave_out([lead], ranked)]
+
+
+def leave_out(others: Sequence[Hypothesis], ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Rivals but for those that end in the finding of one of others."""
+    keys = {h.found[-1].key for h in others}
+    return [h for h in ranked if h.found[-1].key not in keys]
 
 
 def weigh_on_lumps(
@@ -47,9 +52,7 @@ def weigh_on_lumps(
         return [*ranked]
     changes = [there.evidence - h.evidence for h, there in told]
     weighed = [replace(h, beside=h.weighed + x - changes[0]) for (h, _), x in zip(told, changes, strict=True)]
-    keys = {h.found[-1].key for h in weighed}
-    rest = [h for h in ranked if h.found[-1].key not in keys]
-    return sorted([*weighed, *rest], key=lambda h: -h.weighed)
+    return sorted([*weighed, *leave_out(weighed, ranked)], key=lambda h: -h.weighed)
 
 
 def shares(of: Sequence[Hypothesis]) -> Array:

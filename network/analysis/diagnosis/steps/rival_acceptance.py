@@ -17,7 +17,7 @@ from network.analysis.diagnosis.lumps.lump_convergence import refine_until_conve
 from network.analysis.diagnosis.screening.timed_search import settle_instants
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.placement import near, place_best
-from network.analysis.diagnosis.steps.ranking import best_of, distinct, weigh_on_lumps
+from network.analysis.diagnosis.steps.ranking import best_of, distinct, leave_out, weigh_on_lumps
 from network.analysis.diagnosis.steps.unseen_runs import tell_all_unseen
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
@@ -50,8 +50,7 @@ def list_contenders(
     if before is current:
         return able[:1]
     close = near(before, able, CARRIED)
-    is_among = lead is None or any(h.found[-1].key == lead.found[-1].key for h in close)
-    return close if lead is None or is_among else [*close, lead]
+    return close if lead is None else [*close, *leave_out(close, [lead])]
 
 
 def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int) -> Sequence[Hypothesis]:
@@ -78,7 +77,8 @@ def accept_best(
     weighed."""
     fitted = _fit_contenders(current, before, tried, jobs)
     weighed, best = weigh_on_lumps(ranked, tried, fitted), best_of(*fitted)
-    if best is None or not is_gain(current, best := reweight(best.case, best), threshold):
+    best = best and reweight(best.case, best)
+    if best is None or not is_gain(current, best, threshold):
         return None, weighed
     best = restart_from_starts(settle_instants(fit_afresh(best)), jobs)
     return refine_until_converged(best.case, best, jobs), weighed
