@@ -23,7 +23,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import linearise_at_fi
 from network.analysis.diagnosis.latent_heat.locate import explain_unknown, locate, rows_of
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.steps.ranking import distinct
+from network.analysis.diagnosis.steps.ranking import by_weight, distinct
 from network.catalogue.declaration.declare import Array
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
@@ -137,7 +137,7 @@ def rank_beside_rest(ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypoth
     rest = [h for h in ranked if not any(h is other for other in first)]
     told = iter(run_all(_weigh_beside, [h for h in first if h.beside is None], jobs))
     weighed = [h if h.beside is not None else replace(h, beside=next(told)) for h in first]
-    return [*sorted(weighed, key=lambda h: -h.weighed), *rest]
+    return [*by_weight(weighed), *rest]
 
 
 def _weigh_beside(h: Hypothesis) -> float:

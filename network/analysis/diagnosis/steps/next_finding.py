@@ -17,7 +17,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.finer_lead import find_lead
 from network.analysis.diagnosis.steps.other_kinds import exchange_kind, put_in_place
 from network.analysis.diagnosis.steps.placement import near, place_ranked
-from network.analysis.diagnosis.steps.ranking import best_first, distinct
+from network.analysis.diagnosis.steps.ranking import best_first, by_weight, distinct, leave_out
 from network.analysis.diagnosis.steps.refit import start_trials
 from network.analysis.diagnosis.steps.rival_acceptance import accept_best, list_contenders, take_first
 from network.analysis.diagnosis.steps.trial_fits import LATE, TrialFits
@@ -57,18 +57,21 @@ def select_next(
     tried = list_contenders(current, seen.before, ranked, lead, jobs)
     if is_told_so_far(current) and _is_another(tried, foremost):
         yield take_first(current, seen.before, tried, threshold), ranked
-    best, ranked = accept_best(current, seen.before, ranked, tried, threshold, jobs)
+    best, weighed = accept_best(current, seen.before, ranked, tried, threshold, jobs)
     kept = best and exchange_kind(current, best, seen.proposed, jobs)
-    yield kept, put_in_place(kept, best, ranked)
+    yield kept, put_in_place(kept, best, weighed)
     is_due = (kept or current).chi > SETTINGS.adequate and not _is_next(current, kept)
     switched = sway(kept) if may_switch and early is None and is_due else []
     if not switched:
         return
     ranked = rank_beside_rest(best_first(*switched, *ranked), jobs)
     again = list_contenders(current, seen.before, ranked, lead, jobs)
-    is_other = _keys_of(again) != _keys_of(tried)
-    other = accept_best(current, seen.before, ranked, again, threshold, jobs) if is_other else (None, ranked)
-    yield other if _is_better(other[0], kept) else (kept, put_in_place(kept, best, ranked))
+    if _keys_of(again) != _keys_of(tried):
+        other, weighed = accept_best(current, seen.before, ranked, again, threshold, jobs)
+        if _is_better(other, kept):
+            yield other, weighed
+            return
+    yield kept, put_in_place(kept, best, by_weight([*weighed, *leave_out(weighed, ranked)]))
 
 
 def _begin_trials(

@@ -18,6 +18,11 @@ def best_first(*rivals: Hypothesis) -> list[Hypothesis]:
     return sorted(rivals, key=lambda h: -h.evidence)
 
 
+def by_weight(rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """By their evidence, with heat of any course beside those that were weighed so."""
+    return sorted(rivals, key=lambda h: -h.weighed)
+
+
 def best_of(*fits: Hypothesis | None) -> Hypothesis | None:
     """The one with most evidence, of those that came to an end."""
     return max((h for h in fits if h is not None), key=lambda h: h.evidence, default=None)
@@ -52,7 +57,7 @@ def weigh_on_lumps(
         return [*ranked]
     changes = [there.evidence - h.evidence for h, there in told]
     weighed = [replace(h, beside=h.weighed + x - changes[0]) for (h, _), x in zip(told, changes, strict=True)]
-    return sorted([*weighed, *leave_out(weighed, ranked)], key=lambda h: -h.weighed)
+    return by_weight([*weighed, *leave_out(weighed, ranked)])
 
 
 def shares(of: Sequence[Hypothesis]) -> Array:
