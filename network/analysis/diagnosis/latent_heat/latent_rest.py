@@ -99,11 +99,12 @@ class Rest:
             return None
 
 
-def find_rest(h: Hypothesis, refit: bool = True) -> Rest:
-    """What is left of a hypothesis as heat, where nothing but noise is left beside that; refit: together with it."""
-    first = _beside(expand(h))
+def find_rest(h: Hypothesis, refit: bool = True, in_rooms: bool = True) -> Rest:
+    """What is left of a hypothesis as heat, where nothing but noise is left beside that; refit: together with it;
+    in_rooms: whether it may be surroundings of any course."""
+    first = _beside(expand(h), in_rooms)
     best = refit_together(first) if refit else first
-    return best if best is first else _beside(best.beside)
+    return best if best is first else _beside(best.beside, in_rooms)
 
 
 def state_at_file(h: Hypothesis) -> Hypothesis | None:
@@ -141,8 +142,9 @@ def rank_beside_rest(ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypoth
 
 
 def _weigh_beside(h: Hypothesis) -> float:
-    """Its evidence with such heat beside it [nats]."""
-    return find_rest(h).evidence
+    """Its evidence with such heat beside it [nats], which is in a part, for surroundings of any course are themselves
+    one of the explanations: beside them all that is none tells the same."""
+    return find_rest(h, in_rooms=False).evidence
 
 
 def share_of_rest(before: Rest, after: Rest) -> float:
@@ -152,5 +154,6 @@ def share_of_rest(before: Rest, after: Rest) -> float:
     return float(np.clip(1 - (left / max(before.heat.rms, 1e-300)) ** 2, 0.0, 1.0))
 
 
-def _beside(h: Hypothesis) -> Rest:
-    return Rest(h, max(locate(h.linearised, h.machine, 1.0), key=lambda u: u.gain))
+def _beside(h: Hypothesis, in_rooms: bool) -> Rest:
+    able = [u for u in locate(h.linearised, h.machine, 1.0) if in_rooms or not u.is_room]
+    return Rest(h, max(able, key=lambda u: u.gain))
