@@ -54,18 +54,20 @@ def list_contenders(
 
 
 def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int) -> Sequence[Hypothesis]:
-    """Rivals from the first on that explains at least half as much of runs that it has not seen as the best of them,
-    where much is left: what only bends itself to the runs is no reason to leave out the next. As they are where none of
-    the best tells these better than without it."""
+    """Rivals from the first on that explains at least half as much of runs that it has not seen as the best of those
+    that may be kept, where much is left: what only bends itself to the runs is no reason to leave out the next. As they
+    are where none of the best tells these better than without it."""
     if not ranked or ranked[0].chi <= SETTINGS.adequate:
         return ranked
-    rivals = distinct(ranked)[:CARRIED]
+    rivals = [h for h in distinct(ranked) if is_worth(before, h)][:CARRIED]
+    if not rivals:
+        return ranked
     least, first = (told.chi**2 for told in tell_all_unseen([before, rivals[0]], jobs, with_rest=False))
     if first <= SETTINGS.half * least:  # whatever the next ones explain
-        return ranked
+        return ranked[[*ranked].index(rivals[0]) :]
     left = [first, *(told.chi**2 for told in tell_all_unseen(rivals[1:], jobs, with_rest=False))]
     most = least - SETTINGS.half * max(0.0, least - min(left))
-    told = next((h for h, misfit in zip(rivals, left, strict=True) if misfit <= most), ranked[0])
+    told = next((h for h, misfit in zip(rivals, left, strict=True) if misfit <= most), rivals[0])
     return ranked[[*ranked].index(told) :]
 
 
