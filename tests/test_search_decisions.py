@@ -1827,18 +1827,20 @@ def test_a_stop_lasts_for_more_than_its_edges() -> None:
 
 
 @pytest.mark.parametrize(
-    "left, first, told",
+    "left, first, slight, told",
     [
-        ((15.2, 13.0, 6.1), 5.9, 2), ((12.0, 13.0, 6.1), 5.9, 0), ((4.4, 2.9, 4.8), 2.1, 0),
-        ((17.0, 18.0, 19.0), 5.9, 0),
-        ((15.2, 13.0, 6.1), ADEQUATE - 0.1, 0),
+        ((15.2, 13.0, 6.1), 5.9, (), 2), ((12.0, 13.0, 6.1), 5.9, (), 0), ((4.4, 2.9, 4.8), 2.1, (), 0),
+        ((17.0, 18.0, 19.0), 5.9, (), 0),
+        ((15.2, 13.0, 6.1), ADEQUATE - 0.1, (), 0),
+        ((15.2, 13.0, 6.1), 5.9, (2,), 1), ((6.1, 15.2, 13.0), 5.9, (0,), 2), ((6.1, 5.0, 4.0), 5.9, (0,), 1),
+        ((6.1, 15.2, 13.0), 5.9, (0, 1, 2), 0),
     ],
 )  # fmt: skip
 def test_of_rivals_that_leave_much_one_that_tells_unseen_runs_well_goes_on(
-    left: tuple[float, ...], first: float, told: int, monkeypatch: pytest.MonkeyPatch
+    left: tuple[float, ...], first: float, slight: tuple[int, ...], told: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The first that explains half of what the best of them explains there; as they are where none explains anything,
-    or little is left."""
+    """The first that explains half of what the best of them explains there, of those that are worth a name (slight: the
+    others); as they are where none explains anything, or little is left."""
     before, rivals = h(9.6), [h(first, float(-k)) for k in range(3)]
     unseen = {id(before): 16.9} | {id(each): x for each, x in zip(rivals, left, strict=True)}
 
@@ -1847,4 +1849,5 @@ def test_of_rivals_that_leave_much_one_that_tells_unseen_runs_well_goes_on(
 
     monkeypatch.setattr(rival_acceptance, "tell_all_unseen", tell)
     monkeypatch.setattr(rival_acceptance, "distinct", lambda ranked: [*ranked])
+    monkeypatch.setattr(rival_acceptance, "is_worth", lambda _, after: all(after is not rivals[k] for k in slight))
     assert [*rival_acceptance._skip_misleading(before, rivals, 1)] == rivals[told:]

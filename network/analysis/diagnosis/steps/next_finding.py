@@ -66,12 +66,11 @@ def select_next(
         return
     ranked = rank_beside_rest(best_first(*switched, *ranked), jobs)
     again = list_contenders(current, seen.before, ranked, lead, jobs)
+    other = None
     if _keys_of(again) != _keys_of(tried):
         other, weighed = accept_best(current, seen.before, ranked, again, threshold, jobs)
-        if _is_better(other, kept):
-            yield other, weighed
-            return
-    yield kept, put_in_place(kept, best, by_weight([*weighed, *leave_out(weighed, ranked)]))
+    weighed = by_weight([*weighed, *leave_out(weighed, ranked)])
+    yield (other, weighed) if _is_better(other, kept) else (kept, put_in_place(kept, best, weighed))
 
 
 def _begin_trials(
