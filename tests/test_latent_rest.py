@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -106,6 +107,21 @@ def test_a_steady_heat_is_told_from_others() -> None:
     assert not any(c.is_steady for c in others)
 
 
+def test_the_rest_may_be_surroundings_or_is_in_a_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    null, located = fitted("pump", ()), latent_rest.locate
+    room = Location(("ambient",), is_held=True)
+
+    def warm(*of: Any) -> Any:
+        """As if the room explained most."""
+        first, *others = located(*of)
+        return (replace(first, at=room, gain=first.gain + 1e6), first, *others)
+
+    monkeypatch.setattr(latent_rest, "locate", warm)
+    assert find_rest(null, refit=False).heat.is_room
+    told = find_rest(null, refit=False, in_rooms=False).heat
+    assert not told.is_room and str(told.at) == "column"
+
+
 def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch: pytest.MonkeyPatch) -> None:
     """The best of each kind and place; what is far behind without such heat keeps its place, and all do where nothing
     is left for such heat."""
@@ -123,7 +139,12 @@ def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch:
 
     monkeypatch.setattr(latent_rest, "RANKED", 2)
     monkeypatch.setattr(latent_rest, "replace", weigh)
-    monkeypatch.setattr(latent_rest, "find_rest", lambda h: SimpleNamespace(evidence=beside[h.found[-1].kind.kind]))
+
+    def rest_of(h: Any, in_rooms: bool) -> Any:
+        assert not in_rooms, "surroundings of any course are one of the rivals"
+        return SimpleNamespace(evidence=beside[h.found[-1].kind.kind])
+
+    monkeypatch.setattr(latent_rest, "find_rest", rest_of)
     told = latent_rest.rank_beside_rest([bent, again, right, last])
     assert [h is x for h, x in zip(told, (right, bent, again, last), strict=True)] == [True] * 4
     bent.chi = SETTINGS.noise

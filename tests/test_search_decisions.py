@@ -401,7 +401,8 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     early: Any, kept: Any, late: Any, told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """told: whether what explains so far is enough not to try more, how often relays are looked for, what is kept;
-    early: those found first (none found: None), nothing where what is likely explains much; late: those found last."""
+    early: those found first (none found: None), nothing where what is likely explains much; late: those found last.
+    Rivals are weighed by finer lumps once."""
     case = bare(recordings=("run",) * 2, budget=TimeBudget())
     seen = bare(before=h(case=case), proposed=(), scores=())
     for k, each in enumerate((kept, *late, *(early or ()))):
@@ -418,9 +419,12 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     monkeypatch.setattr(next_finding, "place_ranked", lambda before, smooth, jobs: smooth)
     monkeypatch.setattr(rival_acceptance, "_skip_misleading", lambda before, ranked, jobs: ranked)
     monkeypatch.setattr(next_finding, "rank_beside_rest", lambda ranked, jobs: ranked)
-    monkeypatch.setattr(
-        next_finding, "accept_best", lambda current, before, ranked, tried, threshold, jobs: (tried[0], ranked)
-    )
+
+    def accept(current: Any, before: Any, ranked: Any, tried: Any, threshold: float, jobs: int) -> Any:
+        assert not any("by_lumps" in vars(each) for each in ranked), "weighed once"
+        return tried[0], [bare(**vars(each), by_lumps=True) for each in ranked]
+
+    monkeypatch.setattr(next_finding, "accept_best", accept)
     monkeypatch.setattr(next_finding, "exchange_kind", lambda current, kept, proposed, jobs: kept)
     monkeypatch.setattr(next_finding, "take_first", lambda current, before, ranked, threshold: None)
     *_, (best, ranked) = next_finding.select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
