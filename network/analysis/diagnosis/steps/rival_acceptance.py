@@ -62,12 +62,11 @@ def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
     rivals = [h for h in distinct(ranked) if is_worth(before, h)][:CARRIED]
     if not rivals:
         return ranked
-    least, first = (told.chi**2 for told in tell_all_unseen([before, rivals[0]], jobs, with_rest=False))
-    if first <= SETTINGS.half * least:  # whatever the next ones explain
-        return ranked[[*ranked].index(rivals[0]) :]
-    left = [first, *(told.chi**2 for told in tell_all_unseen(rivals[1:], jobs, with_rest=False))]
+    least, *left = (told.chi**2 for told in tell_all_unseen([before, rivals[0]], jobs, with_rest=False))
+    if left[0] > SETTINGS.half * least:  # else the first goes on, whatever the next ones explain
+        left += [told.chi**2 for told in tell_all_unseen(rivals[1:], jobs, with_rest=False)]
     most = least - SETTINGS.half * max(0.0, least - min(left))
-    told = next((h for h, misfit in zip(rivals, left, strict=True) if misfit <= most), rivals[0])
+    told = next((h for h, misfit in zip(rivals, left, strict=False) if misfit <= most), rivals[0])
     return ranked[[*ranked].index(told) :]
 
 
