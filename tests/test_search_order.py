@@ -15,9 +15,9 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps import forward_selection, next_finding
 
 
-def states(*told: float) -> Iterator[Any]:
-    """States of a search, each as good as its number."""
-    return iter(told)
+def state(told: float, chi: float | None) -> Any:
+    """As good as its number; chi: what its finding leaves, None where it has none."""
+    return bare(told=told, best=bare(found=chi is not None, chi=chi))
 
 
 @pytest.mark.parametrize(
@@ -33,10 +33,32 @@ def test_lumps_alone_that_explain_more_come_before_readings_set_right(
     right: Any, other: Any, told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And else the search on these is told to its end, before the other one, which has to beat it."""
-    monkeypatch.setattr(search, "_is_told_better", lambda other, now, jobs: other > now)
+    monkeypatch.setattr(search, "_is_told_better", lambda other, now, jobs: other.told > now.told)
     monkeypatch.setattr(search, "_lay_alike", lambda now, other: other)
-    first, *rest = right
-    assert [*search._weigh_fault(first, states(*rest), states(*other), 1)] == told
+    first, *rest = (state(each, None) for each in right)
+    others = iter([state(each, None) for each in other])
+    assert [s.told for s in search._weigh_fault(first, iter(rest), others, 1)] == told
+
+
+@pytest.mark.parametrize(
+    ("right", "other", "told"),
+    [
+        (((5.0, None), (6.0, 8.0), (9.0, 8.0)), ((4.0, None), (20.0, 1.0), (21.0, 1.0)), [6.0, 20.0, 21.0]),
+        (((5.0, None), (6.0, 8.0), (9.0, 8.0)), ((4.0, None), (20.0, 8.0), (21.0, 8.0)), [6.0, 9.0, 21.0]),
+        (((5.0, None), (6.0, 1.0), (9.0, 1.0)), ((4.0, None), (20.0, 1.0), (21.0, 1.0)), [6.0, 9.0, 21.0]),
+        (((5.0, None), (6.0, 8.0), (9.0, 8.0)), ((4.0, None), (5.5, 1.0), (5.8, 1.0)), [6.0, 9.0]),
+        (((5.0, None), (6.0, None)), ((4.0, None), (20.0, 1.0)), [6.0, 20.0]),
+    ],
+)
+def test_what_hardly_leaves_anything_without_a_fault_comes_before_more_steps_with_one(
+    right: Any, other: Any, told: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the first step with the fault leaves much; what was not asked then has its turn in the end."""
+    monkeypatch.setattr(search, "_is_told_better", lambda other, now, jobs: other.told > now.told)
+    monkeypatch.setattr(search, "_lay_alike", lambda now, other: other)
+    first, *rest = (state(*each) for each in right)
+    others = iter([state(*each) for each in other])
+    assert [s.told for s in search._weigh_fault(first, iter(rest), others, 1)] == told
 
 
 @pytest.mark.parametrize(

@@ -91,16 +91,36 @@ def _search_without(
 
 def _weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search], jobs: int) -> Iterator[Search]:
     """On from the null of a machine whose readings were set right (now), and from the one without that: from the other
-    alone where its lumps explain more, and else to what it comes to where that explains more."""
-    other = next(others)
+    alone where its lumps explain more, or its first step hardly leaves anything while that with the fault leaves much,
+    and else to what it comes to where that explains more."""
+    other, is_begun = next(others), False
     if _is_told_better(_lay_alike(now, other), now, jobs):
         yield from chain([other], others)
         return
     for now in states:
         yield now
+        if now.best.found and not is_begun:
+            other, is_begun = _take_first_step(other, others), True
+            if _settles(other, now, jobs):
+                yield from chain([other], others)
+                return
     *_, other = chain([other], others)
     if _is_told_better(_lay_alike(now, other), now, jobs):
         yield other
+
+
+def _take_first_step(now: Search, states: Iterator[Search]) -> Search:
+    """What a search comes to with its first finding; to its end where it has none."""
+    for now in states:
+        if now.best.found:
+            break
+    return now
+
+
+def _settles(other: Search, now: Search, jobs: int) -> bool:
+    """Whether a search without the fault hardly leaves anything, and what the one with it found leaves much."""
+    is_clear = other.best.chi <= SETTINGS.adequate < now.best.chi
+    return is_clear and _is_told_better(_lay_alike(now, other), now, jobs)
 
 
 def _lay_alike(now: Search, other: Search) -> Hypothesis:
