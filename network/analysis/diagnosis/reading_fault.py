@@ -10,6 +10,7 @@ from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.findings.finding import Quantity, Rival
 from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
@@ -93,6 +94,11 @@ class ReadingFault(ABC):
     def changes_machine(self) -> bool:
         """Whether the machine of the case that is set right is another one."""
         return bool(self.patch)
+
+    def resize(self, h: Hypothesis, recordings: tuple[Recording, ...]) -> ReadingFault | None:
+        """The same of the size that it has beside what was found, where that is another one: about bent numbers it is
+        bent, too. h: fitted to readings set right; recordings: as they were."""
+        return None
 
     def complete(self, recording: Recording) -> Recording:
         """A recording with what that machine asks for besides."""

@@ -24,6 +24,7 @@ from network.analysis.diagnosis.lumps.lump_convergence import refine_until_conve
 from network.analysis.diagnosis.lumps.lump_refinement import hardly_matter, is_late, refine_lumps
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.readings_set_right import set_right, set_right_on_lumps
+from network.analysis.diagnosis.resized_fault import resize_fault
 from network.analysis.diagnosis.screening.screening import Screening, leaves_something
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
@@ -55,8 +56,11 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
         states = _weigh_fault(now, states, _search_from(first, seed, jobs, tell, sets_right=False), jobs)
     for now in states:
         yield now
-    if now.best.found and now.fault is not None and not _shows_beside(now.best, now.fault, first):
-        yield from _search_without(now, first, seed, jobs, tell)
+    if now.best.found and now.fault is not None:
+        if not _shows_beside(now.best, now.fault, first):
+            yield from _search_without(now, first, seed, jobs, tell)
+        else:
+            yield from resize_fault(now, first.case, jobs)
     if now.fault is None and now.best.found and leaves_something(now.best):
         yield from _search_beside(now, seed, jobs, tell)
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from network.analysis.calibration.estimated_constants import Numbers
+from network.analysis.calibration.linearised import linearise
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.findings.finding import Quantity
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.intermittent.channel_fault import EDGE, ChannelFault
-from network.analysis.diagnosis.intermittent.onset_scan import Onset
+from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.sensor_fault import SensorFault
 from network.machine.machine import Machine
@@ -84,6 +87,15 @@ class OnsetFault(ChannelFault):
             return machine
         effect = self.onset.shape.describe_effect(self.onset.size)
         return machine.patched({"sensors": {self.channel: SensorFault.put_on(machine.sensors[self.channel], effect)}})
+
+    def resize(self, h: Hypothesis, recordings: tuple[Recording, ...]) -> OnsetFault | None:
+        known = self.onset
+        problem = replace(h.case, recordings=recordings).problem(h.machine, h.fit.problem.parameters)
+        scan = OnsetScan(linearise(problem, h.fit.theta), (known.shape,), recordings, h.chi)
+        o = scan.again(known, 2 * known.width)
+        if o is None or not known.shape.allows(o.size) or abs(o.size - known.size) < SETTINGS.errors * o.std:
+            return None
+        return replace(self, onset=replace(known, size=o.size, std=o.std))
 
     def list_left_out(self, windows: Windows) -> list[tuple[float, float]]:
         reach = max(EDGE, self.onset.width)

@@ -87,10 +87,11 @@ class OnsetScan:
         found = [onset for shape in self.shapes for onset in self._of_shape(shape)]
         return sorted(found, key=lambda onset: -onset.gain)
 
-    def again(self, known: Onset) -> Onset | None:
-        """The best of the same shape, run and stay."""
+    def again(self, known: Onset, reach: float = np.inf) -> Onset | None:
+        """The best of the same shape, run and stay that begins within reach of it [s]."""
         columns = [self._columns(i, known.shape) for i in range(len(self.at.problem.data))]
-        return self._score(known.shape, columns, known.run, known.stays)
+        within = (known.t0 - reach, known.t0 + reach)
+        return self._score(known.shape, columns, known.run, known.stays, within)
 
     def begun_at(self, run: int, channel: str, at: float, reach: float) -> Iterator[Onset]:
         """Of every shape that jumps the best that begins within reach of an instant of a run [s], over with the run and
