@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from test_diagnosis import CONCEALED, HELD_OUT, LADDERS, plant, recorded
 from test_small_decisions import bare
 
 from network.analysis.calibration.estimated_constants import compare_estimating
+from network.analysis.diagnosis import resized_fault
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.hypotheses.case import Case
@@ -21,6 +23,7 @@ from network.analysis.diagnosis.intermittent import onset_jump
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
 from network.analysis.diagnosis.intermittent.input_steps import InputStep, exceeds_inputs, list_input_steps
+from network.analysis.diagnosis.intermittent.onset_fault import OnsetFault
 from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.readings_set_right import set_right
@@ -111,6 +114,58 @@ def test_what_the_scan_gains_is_what_a_fit_with_it_gains() -> None:
     after = fit_hypothesis(case_of(right), plant(), start=h.values)
     fall = (h.fit.cost - after.fit.cost) / 2
     assert onset.run == 0 and onset.gain * max(1.0, h.chi) ** 2 == pytest.approx(fall, rel=0.1)
+
+
+@pytest.mark.parametrize(("shape", "key", "size"), SIZES)
+def test_a_size_that_is_off_is_found_again_beside_the_numbers_of_each(shape: str, key: str, size: float) -> None:
+    """And one that is right stays as it is."""
+    case = case_of(runs_with(shape, stays=True))
+    found = find_reading_fault(fit_hypothesis(case, plant()), lambda: 0.0)
+    assert found is not None and isinstance(found[0], OnsetFault)
+    fault = found[0]
+    begun, fault = fault.onset.t0, replace(fault, onset=replace(fault.onset, size=1.2 * fault.onset.size))
+    for _ in range(4):
+        again = fault.resize(fit_hypothesis(fault.set_right(case), plant()))
+        if again is None:
+            break
+        fault = again
+    told = fault.quantities[key]
+    assert again is None and fault.onset.t0 == begun and abs(told.value - size) < 4 * told.std < 0.1 * size
+
+
+@pytest.mark.parametrize(
+    ("sizes", "counts", "chi", "told"),
+    [
+        ((0.3, 0.31, None), (1,), 1.0, [(0.31, 1)]),
+        ((0.3, None, 0.32, None), (1, 1), 1.0, [(0.3, 1), (0.32, 1)]),
+        ((None,), (), 1.0, []),
+        ((0.3,), (), 9.0, []),
+        ((0.3,) * 9, (2,), 1.0, [(0.3, 2)]),
+    ],
+)
+def test_a_fault_is_resized_until_it_is_no_other_and_again_beside_less(
+    sizes: tuple[float | None, ...], counts: tuple[int, ...], chi: float, told: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was found is tested again with each; nothing is resized where much is left."""
+    left, kept = iter(sizes), iter(counts)
+
+    def resize(h: Any) -> Any:
+        size = next(left)
+        return None if size is None else bare(size=size, resize=resize, set_right=lambda case: case)
+
+    def found(count: int) -> Any:
+        return bare(chi=chi, found=("finding",) * count, case=bare(noise="left", sigma={}))
+
+    search = {"fault": bare(resize=resize), "case": None, "written": None, "null": None}
+    monkeypatch.setattr(resized_fault, "replace", lambda of, **new: state(**{**vars(of), **new}))
+    monkeypatch.setattr(resized_fault, "_refit", lambda case, h: h)
+    monkeypatch.setattr(resized_fault, "check_selection", lambda null, now, jobs: bare(best=found(next(kept))))
+
+    def state(**values: Any) -> Any:
+        return bare(**{**values, **({"best": values["selection"].best} if "selection" in values else {})})
+
+    states = [*resized_fault.resize_fault(state(**search, selection=bare(best=found(2))), bare(), 1)]
+    assert [(s.fault.size, len(s.best.found)) for s in states] == told
 
 
 def find_beside_catalogue(runs: list[Recording]) -> object:

@@ -95,9 +95,9 @@ class ReadingFault(ABC):
         """Whether the machine of the case that is set right is another one."""
         return bool(self.patch)
 
-    def resize(self, h: Hypothesis, recordings: tuple[Recording, ...]) -> ReadingFault | None:
+    def resize(self, h: Hypothesis) -> ReadingFault | None:
         """The same of the size that it has beside what was found, where that is another one: about bent numbers it is
-        bent, too. h: fitted to readings set right; recordings: as they were."""
+        bent, too. h: fitted to the readings set right."""
         return None
 
     def complete(self, recording: Recording) -> Recording:

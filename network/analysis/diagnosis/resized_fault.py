@@ -14,6 +14,7 @@ import numpy as np
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_hypothesis
+from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.backward_elimination import check_selection
@@ -21,36 +22,45 @@ from network.analysis.diagnosis.time_budget import BudgetReached
 from network.platform.refusal import Failed
 
 ROUNDS = 3
-"""Times at most: without what looked like one thing more the size is another one again."""
+"""Times at most that the size is found again about the better fit; the first takes nearly all of the way."""
 
 
 def resize_fault(now: Search, recorded: Case, jobs: int) -> Iterator[Search]:
-    """What a search came to, tested again on readings set right by the fault's size beside it, until that is no other.
-    recorded: the case as it was recorded."""
-    for _ in range(ROUNDS):
-        again = _resize_once(now, recorded, jobs)
-        if again is None:
-            return
-        yield (now := again)
-
-
-def _resize_once(now: Search, recorded: Case, jobs: int) -> Search | None:
-    """None where the size is no other, a run breaks down, or much is left: then numbers are bent as before. Where the
-    time is up, that was no part of the search."""
-    if now.fault is None or now.best.chi > SETTINGS.adequate:
-        return None
+    """What a search came to, tested again on readings set right by the fault's size beside it, as long as that leaves
+    less of it. Nothing where much is left: then numbers are bent as before. Where the time is up, or a run breaks down,
+    that was no part of the search. recorded: the case as it was recorded."""
+    count = len(now.best.found) + 1
     try:
-        fault = now.fault.resize(now.best, recorded.recordings)
-        if fault is None:
-            return None
-        case = replace(fault.set_right(recorded), noise=now.best.case.noise, sigma=now.best.case.sigma)
-        written, null, best = (_refit(case, h) for h in (now.written, now.null, now.best))
-        if best is None or written is None or null is None or best.chi > now.best.chi:
-            return None
-        selection = check_selection(null, replace(now.selection, best=best), jobs)
+        while now.best.chi <= SETTINGS.adequate and len(now.best.found) < count:
+            count, fault = len(now.best.found), now.fault
+            now = _resize_once(now, recorded, jobs)
+            if now.fault is fault:
+                return
+            yield now
     except (BudgetReached, Failed, np.linalg.LinAlgError):
-        return None
+        return
+
+
+def _resize_once(now: Search, recorded: Case, jobs: int) -> Search:
+    """The same search where the size is no other."""
+    fault, best = now.fault, now.best
+    for _ in range(ROUNDS):
+        other = None if fault is None else fault.resize(best)
+        again = None if other is None else _refit(_set_right(other, recorded, best), best)
+        if again is None or again.chi > best.chi:
+            break
+        fault, best = other, again
+    if fault is None or fault is now.fault:
+        return now
+    case = _set_right(fault, recorded, best)
+    written, null = (_refit(case, h) or h for h in (now.written, now.null))
+    selection = check_selection(null, replace(now.selection, best=best), jobs)
     return replace(now, case=case, fault=fault, written=written, null=null, selection=selection)
+
+
+def _set_right(fault: ReadingFault, recorded: Case, h: Hypothesis) -> Case:
+    """The case without the fault, under the noise of a hypothesis."""
+    return replace(fault.set_right(recorded), noise=h.case.noise, sigma=h.case.sigma)
 
 
 def _refit(case: Case, h: Hypothesis) -> Hypothesis | None:

@@ -52,6 +52,10 @@ class FaultShape(ABC):
         """The readings without it."""
         return np.asarray(values - size * self.last(recording.t, t0, self.full(recording, values)))
 
+    def add(self, size: float, more: float) -> float:
+        """The size of a fault, where readings that were set right by one size show another one, beside it."""
+        return size + more
+
     def allows(self, size: float) -> bool:
         """Whether it can be of that size."""
         return bool(np.isfinite(size))
@@ -101,6 +105,9 @@ class Loose(FaultShape):
     def set_right(self, recording: Recording, values: Array, t0: float, size: float) -> Array:
         towards = self.full(recording, values) / (1 - size)
         return np.asarray(values - size * self.last(recording.t, t0, towards))
+
+    def add(self, size: float, more: float) -> float:
+        return size + (1 - size) * more
 
     def allows(self, size: float) -> bool:
         return SHARES[0] < size < SHARES[1]

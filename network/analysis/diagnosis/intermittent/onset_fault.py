@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from network.analysis.calibration.estimated_constants import Numbers
-from network.analysis.calibration.linearised import linearise
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.findings.finding import Quantity
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
@@ -88,14 +87,13 @@ class OnsetFault(ChannelFault):
         effect = self.onset.shape.describe_effect(self.onset.size)
         return machine.patched({"sensors": {self.channel: SensorFault.put_on(machine.sensors[self.channel], effect)}})
 
-    def resize(self, h: Hypothesis, recordings: tuple[Recording, ...]) -> OnsetFault | None:
-        known = self.onset
-        problem = replace(h.case, recordings=recordings).problem(h.machine, h.fit.problem.parameters)
-        scan = OnsetScan(linearise(problem, h.fit.theta), (known.shape,), recordings, h.chi)
-        o = scan.again(known, 2 * known.width)
-        if o is None or not known.shape.allows(o.size) or abs(o.size - known.size) < SETTINGS.errors * o.std:
+    def resize(self, h: Hypothesis) -> OnsetFault | None:
+        known, scan = self.onset, OnsetScan(h.linearised, (self.onset.shape,), h.case.recordings)
+        more = scan.again(known, 2 * known.width)
+        if more is None or abs(more.size) < SETTINGS.errors * more.std:
             return None
-        return replace(self, onset=replace(known, size=o.size, std=o.std))
+        size, std = known.shape.add(known.size, more.size), known.shape.add(known.size, more.std) - known.size
+        return replace(self, onset=replace(known, size=size, std=std)) if known.shape.allows(size) else None
 
     def list_left_out(self, windows: Windows) -> list[tuple[float, float]]:
         reach = max(EDGE, self.onset.width)
