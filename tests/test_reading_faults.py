@@ -136,7 +136,7 @@ def test_a_size_that_is_off_is_found_again_beside_the_numbers_of_each(shape: str
 @pytest.mark.parametrize(
     ("sizes", "counts", "chi", "told"),
     [
-        ((0.3, 0.31, None), (1,), 1.0, [(0.31, 1)]),
+        ((0.3, 0.31, None, None), (1,), 1.0, [(0.31, 1)]),
         ((0.3, None, 0.32, None), (1, 1), 1.0, [(0.3, 1), (0.32, 1)]),
         ((None,), (), 1.0, []),
         ((0.3,), (), 9.0, []),
