@@ -133,6 +133,20 @@ def test_a_size_that_is_off_is_found_again_beside_the_numbers_of_each(shape: str
     assert again is None and fault.onset.t0 == begun and abs(told.value - size) < 4 * told.std < 0.1 * size
 
 
+@pytest.mark.parametrize(("shape", "key", "size"), [row for row in SIZES if row[0] != "drift"])
+def test_beside_missing_heat_both_are_told_with_their_true_sizes(shape: str, key: str, size: float) -> None:
+    """The size of the fault is first told beside numbers that are bent to the heat."""
+    lamp = {"kind": "heat_source", "into": {"housing": 1}, "power": "60 W", "with": "running"}
+    runs = [recorded(plant(sources={"lamp": lamp}), x, i) for i, x in enumerate(LADDERS)]
+    d = diagnose(
+        plant(), [fail(r, FAULTS[shape], begins=at) for r, at in zip(runs, (BEGINS, -1.0), strict=True)], seed=1
+    )
+    fault, heat = d.findings
+    assert (fault.channels, heat.kind, heat.places) == (("T_housing",), "heat_source", ("housing",))
+    for told, true in ((fault.parameters[key], size), (heat.parameters["power"], 60.0)):
+        assert abs(told.value - true) < 4 * told.std < 0.05 * true
+
+
 @pytest.mark.parametrize(
     ("sizes", "counts", "chi", "told"),
     [
