@@ -846,8 +846,8 @@ def test_a_fault_that_what_was_found_takes_in_is_looked_at_without_it(
         "keep_in_step": lambda case, null: case, "state": lambda *of: h(), "fit_written": lambda at: at,
         "Search": lambda *of: bare(case=None), "Screening": lambda of: None, "Selection": lambda of: None,
         "set_right": lambda of, jobs: (None, None), "_search_from": go_on, "_is_found_again": lambda *of: True,
-        "_shows_beside": lambda best, fault, first: beside, "_lay_alike": lambda now, other: other.best,
-        "_is_told_better": lambda laid, now, jobs: True, "resize_fault": lambda now, case, jobs: [state("resized")],
+        "_shows_beside": lambda best, fault, first: beside, "lay_alike": lambda now, other: other.best,
+        "is_told_better": lambda laid, now, jobs: True, "resize_fault": lambda now, case, jobs: [state("resized")],
     }.items():  # fmt: skip
         monkeypatch.setattr(search, name, does)
     case: Any = bare(machine=None)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from test_small_decisions import bare
 
-from network.analysis.diagnosis import search
+from network.analysis.diagnosis import search, weighed_fault
 from network.analysis.diagnosis.findings import findings
 from network.analysis.diagnosis.latent_heat import unrecorded_surroundings
 from network.analysis.diagnosis.settings import SETTINGS
@@ -33,11 +33,11 @@ def test_lumps_alone_that_explain_more_come_before_readings_set_right(
     right: Any, other: Any, told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And else the search on these is told to its end, before the other one, which has to beat it."""
-    monkeypatch.setattr(search, "_is_told_better", lambda other, now, jobs: other.told > now.told)
-    monkeypatch.setattr(search, "_lay_alike", lambda now, other: other)
+    monkeypatch.setattr(weighed_fault, "is_told_better", lambda other, now, jobs: other.told > now.told)
+    monkeypatch.setattr(weighed_fault, "lay_alike", lambda now, other: other)
     first, *rest = (state(each, None) for each in right)
     others = iter([state(each, None) for each in other])
-    assert [s.told for s in search._weigh_fault(first, iter(rest), others, 1)] == told
+    assert [s.told for s in weighed_fault.weigh_fault(first, iter(rest), others, 1)] == told
 
 
 @pytest.mark.parametrize(
@@ -54,11 +54,11 @@ def test_what_hardly_leaves_anything_without_a_fault_comes_before_more_steps_wit
     right: Any, other: Any, told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the first step with the fault leaves much; what was not asked then has its turn in the end."""
-    monkeypatch.setattr(search, "_is_told_better", lambda other, now, jobs: other.told > now.told)
-    monkeypatch.setattr(search, "_lay_alike", lambda now, other: other)
+    monkeypatch.setattr(weighed_fault, "is_told_better", lambda other, now, jobs: other.told > now.told)
+    monkeypatch.setattr(weighed_fault, "lay_alike", lambda now, other: other)
     first, *rest = (state(*each) for each in right)
     others = iter([state(*each) for each in other])
-    assert [s.told for s in search._weigh_fault(first, iter(rest), others, 1)] == told
+    assert [s.told for s in weighed_fault.weigh_fault(first, iter(rest), others, 1)] == told
 
 
 @pytest.mark.parametrize(
@@ -72,13 +72,13 @@ def test_where_both_leave_much_the_one_that_explains_more_has_to_tell_unseen_run
     evidence: float, chi: float, unseen: Any, told: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What is wrong anyway explains the runs that it was fitted to all the better the more it bends to them."""
-    monkeypatch.setattr(search, "use_file_noise", lambda case: case)
-    monkeypatch.setattr(search, "reweight", lambda case, h: h)
-    monkeypatch.setattr(search, "lasting_misfit", lambda at: 1.0)
-    monkeypatch.setattr(search, "unseen_misfit", lambda h, jobs: h.unseen)
+    monkeypatch.setattr(weighed_fault, "use_file_noise", lambda case: case)
+    monkeypatch.setattr(weighed_fault, "reweight", lambda case, h: h)
+    monkeypatch.setattr(weighed_fault, "lasting_misfit", lambda at: 1.0)
+    monkeypatch.setattr(weighed_fault, "unseen_misfit", lambda h, jobs: h.unseen)
     gains = zip((evidence, 0.0), unseen, strict=True)
     other, now = (bare(best=bare(case=None, chi=chi, linearised=None, evidence=e, unseen=u)) for e, u in gains)
-    assert search._is_told_better(other.best, now, 1) is told
+    assert weighed_fault.is_told_better(other.best, now, 1) is told
 
 
 def test_a_fault_of_readings_is_told_before_what_may_be_out_of_time(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.hypotheses.case import Case
-from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise, use_file_noise
+from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise
 from network.analysis.diagnosis.hypotheses.faced_relays import fit_written, keep_in_step
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, reweight, state
@@ -30,9 +29,9 @@ from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.forward_selection import select_forward
 from network.analysis.diagnosis.steps.selection import Selection
-from network.analysis.diagnosis.steps.unseen_runs import unseen_misfit
 from network.analysis.diagnosis.time_budget import BudgetReached
 from network.analysis.diagnosis.tracks import Track, list_begins, list_tracks
+from network.analysis.diagnosis.weighed_fault import is_told_better, lay_alike, weigh_fault
 from network.platform.refusal import Failed
 
 
@@ -53,7 +52,7 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
         states = _search_from(first, seed, jobs, tell, sets_right=False)
         yield (now := next(states))
     if now.fault is not None and now.fault.competes and now.null.chi > SETTINGS.adequate:
-        states = _weigh_fault(now, states, _search_from(first, seed, jobs, tell, sets_right=False), jobs)
+        states = weigh_fault(now, states, _search_from(first, seed, jobs, tell, sets_right=False), jobs)
     for now in states:
         yield now
     if now.best.found and now.fault is not None:
@@ -89,49 +88,8 @@ def _search_without(
 ) -> Iterator[Search]:
     """What a search comes to on readings as they were, where it explains more than those set right."""
     *_, other = _search_from(first, seed, jobs, tell, sets_right=False)
-    if _is_told_better(_lay_alike(now, other), now, jobs):
+    if is_told_better(lay_alike(now, other), now, jobs):
         yield other
-
-
-def _weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search], jobs: int) -> Iterator[Search]:
-    """On from the null of a machine whose readings were set right (now), and from the one without that: from the other
-    alone where its lumps explain more, or its first step hardly leaves anything while that with the fault leaves much,
-    and else to what it comes to where that explains more."""
-    other, is_begun = next(others), False
-    if _is_told_better(_lay_alike(now, other), now, jobs):
-        yield from chain([other], others)
-        return
-    for now in states:
-        yield now
-        if now.best.found and not is_begun:
-            other, is_begun = _take_first_step(other, others), True
-            if _settles(other, now, jobs):
-                yield from chain([other], others)
-                return
-    *_, other = chain([other], others)
-    if _is_told_better(_lay_alike(now, other), now, jobs):
-        yield other
-
-
-def _take_first_step(now: Search, states: Iterator[Search]) -> Search:
-    """What a search comes to with its first finding; to its end where it has none."""
-    for now in states:
-        if now.best.found:
-            break
-    return now
-
-
-def _settles(other: Search, now: Search, jobs: int) -> bool:
-    """Whether a search without the fault hardly leaves anything, and what the one with it found leaves much."""
-    is_clear = other.best.chi <= SETTINGS.adequate < now.best.chi
-    return is_clear and _is_told_better(_lay_alike(now, other), now, jobs)
-
-
-def _lay_alike(now: Search, other: Search) -> Hypothesis:
-    """What a search without the fault came to, on the readings that the one with it has."""
-    assert now.fault is not None
-    best = other.best
-    return reweight(now.fault.lay_alike(best.case), best)
 
 
 def _search_beside(found: Search, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
@@ -242,13 +200,3 @@ def _beats(selection: Selection, best: Search, case: Case) -> bool:
 
 def _evidence(h: Hypothesis) -> float:
     return h.evidence
-
-
-def _is_told_better(other: Hypothesis, now: Search, jobs: int) -> bool:
-    """Whether what a search came to explains more than another, in units of how long lasts what both leave, and, where
-    that is much, tells runs that it has not seen better, too: what bends itself to the runs explains these alone."""
-    ends = [reweight(use_file_noise(h.case), h) for h in (other, now.best)]
-    firm = min(lasting_misfit(h.linearised) for h in ends)
-    if (ends[0].evidence - ends[1].evidence) / firm**2 <= SETTINGS.alike:
-        return False
-    return ends[0].chi <= SETTINGS.adequate or unseen_misfit(ends[0], jobs) < unseen_misfit(ends[1], jobs)
