@@ -67,20 +67,21 @@ def _find_stopped_once(same: SameFit) -> Found:
 def set_right_on_lumps(
     written: Hypothesis, finest: Hypothesis, jobs: int
 ) -> tuple[ReadingFault | None, Hypothesis]:  # fmt: skip
-    """The same once lumps were refined, what leaves much beside it, too: on those that the readings as they are take
-    (finest), or that they take once two channels are put back. Where lumps hardly matter those of the machine as
-    written stand for them. Nothing is looked for where only noise is left."""
+    """The same on finer lumps than those of the machine as written, where readings were looked at before: on those that
+    the readings as they are take (finest), or that they take once two channels are put back. Where lumps hardly matter
+    those of the machine as written stand for them. Nothing is looked for where only noise is left."""
     if finest.chi <= SETTINGS.noise:
         return None, finest
-    is_alike = finest is written or hardly_matter(finest, written)
-    coarse = written if is_alike else build_surrogate(finest)
-    if coarse.machine.lumps <= MANY:
+    is_alike = hardly_matter(finest, written)
+    if finest is not written and (coarse := written if is_alike else build_surrogate(finest)).machine.lumps <= MANY:
         fault, mended = set_right(coarse, jobs, is_finest=True)
         if fault is not None:
             return fault, mended
     if finest.chi <= SETTINGS.doubtful:
         return None, finest
-    return find_exchange_on_lumps(written, finest, partial(_best_score, jobs), jobs) or (None, finest)
+    score = partial(_best_score, jobs)
+    told = find_exchange(finest, score) if finest is written else None
+    return told or find_exchange_on_lumps(written, finest, score, jobs) or (None, finest)
 
 
 def _best_score(jobs: int, h: Hypothesis) -> float:
