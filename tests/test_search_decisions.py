@@ -828,7 +828,7 @@ def test_a_fault_has_to_explain_more_than_chance_on_the_finer_lumps_too(
     assert search._is_found_again(now, bare(case="bare"))
 
 
-@pytest.mark.parametrize("beside, told", [(False, ["null", "found", "without"]), (True, ["null", "found"])])
+@pytest.mark.parametrize("beside, told", [(False, ["null", "found", "without"]), (True, ["null", "found", "resized"])])
 def test_a_fault_that_what_was_found_takes_in_is_looked_at_without_it(
     beside: bool, told: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -846,13 +846,8 @@ def test_a_fault_that_what_was_found_takes_in_is_looked_at_without_it(
         "keep_in_step": lambda case, null: case, "state": lambda *of: h(), "fit_written": lambda at: at,
         "Search": lambda *of: bare(case=None), "Screening": lambda of: None, "Selection": lambda of: None,
         "set_right": lambda of, jobs: (None, None), "_search_from": go_on, "_is_found_again": lambda *of: True,
-<<<<<<< HEAD
         "_shows_beside": lambda best, fault, first: beside, "lay_alike": lambda now, other: other.best,
         "is_told_better": lambda laid, now, jobs: True, "resize_fault": lambda now, case, jobs: [state("resized")],
-=======
-        "_shows_beside": lambda best, fault, first: beside, "_lay_alike": lambda now, other: other.best,
-        "_is_told_better": lambda laid, now, jobs: True,
->>>>>>> parent of 4fb00de (Faults of readings that leave much are looked for where lumps stay as written, too)
     }.items():  # fmt: skip
         monkeypatch.setattr(search, name, does)
     case: Any = bare(machine=None)
