@@ -29,29 +29,30 @@ def resize_fault(now: Search, recorded: Case, jobs: int) -> Iterator[Search]:
     """What a search came to, tested again on readings set right by the fault's size beside it, as long as that leaves
     less of it. Nothing where much is left: then numbers are bent as before. Where the time is up, or a run breaks down,
     that was no part of the search. recorded: the case as it was recorded."""
-    count = len(now.best.found) + 1
+    if now.best.chi > SETTINGS.adequate:
+        return
     try:
-        while now.best.chi <= SETTINGS.adequate and len(now.best.found) < count:
-            count, fault = len(now.best.found), now.fault
-            now = _resize_once(now, recorded, jobs)
-            if now.fault is fault:
-                return
-            yield now
+        again = _resize_once(now, recorded, jobs)
     except (BudgetReached, Failed, np.linalg.LinAlgError):
         return
+    if again is not None:
+        yield again
+        if len(again.best.found) < len(now.best.found):
+            yield from resize_fault(again, recorded, jobs)
 
 
-def _resize_once(now: Search, recorded: Case, jobs: int) -> Search:
-    """The same search where the size is no other."""
+def _resize_once(now: Search, recorded: Case, jobs: int) -> Search | None:
+    """None where the size is no other."""
+    assert now.fault is not None
     fault, best = now.fault, now.best
     for _ in range(ROUNDS):
-        other = None if fault is None else fault.resize(best)
+        other = fault.resize(best)
         again = None if other is None else _refit(_set_right(other, recorded, best), best)
-        if again is None or again.chi > best.chi:
+        if other is None or again is None or again.chi > best.chi:
             break
         fault, best = other, again
-    if fault is None or fault is now.fault:
-        return now
+    if fault is now.fault:
+        return None
     case = _set_right(fault, recorded, best)
     written, null = (_refit(case, h) or h for h in (now.written, now.null))
     selection = check_selection(null, replace(now.selection, best=best), jobs)

@@ -22,15 +22,15 @@ def weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search],
     """On from the null of a machine whose readings were set right (now), and from the one without that: from the other
     alone where its lumps explain more, or its first step hardly leaves anything while that with the fault leaves much,
     and else to what it comes to where that explains more."""
-    other, is_begun = next(others), False
+    other = next(others)
     if is_told_better(lay_alike(now, other), now, jobs):
         yield from chain([other], others)
         return
     for now in states:
         yield now
-        if now.best.found and not is_begun:
-            other, is_begun = _take_first_step(other, others), True
-            if _settles(other, now, jobs):
+        if now.best.found and now.best.chi > SETTINGS.adequate and not other.best.found:
+            other = _take_first_step(other, others)
+            if other.best.chi <= SETTINGS.adequate and is_told_better(lay_alike(now, other), now, jobs):
                 yield from chain([other], others)
                 return
     *_, other = chain([other], others)
@@ -44,12 +44,6 @@ def _take_first_step(now: Search, states: Iterator[Search]) -> Search:
         if now.best.found:
             break
     return now
-
-
-def _settles(other: Search, now: Search, jobs: int) -> bool:
-    """Whether a search without the fault hardly leaves anything, and what the one with it found leaves much."""
-    is_clear = other.best.chi <= SETTINGS.adequate < now.best.chi
-    return is_clear and is_told_better(lay_alike(now, other), now, jobs)
 
 
 def lay_alike(now: Search, other: Search) -> Hypothesis:
