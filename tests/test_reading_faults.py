@@ -182,6 +182,28 @@ def test_a_fault_is_resized_until_it_is_no_other_and_again_beside_less(
     assert [(s.fault.size, len(s.best.found)) for s in states] == told
 
 
+@pytest.mark.parametrize(
+    ("chi", "leaves", "count", "told"),
+    [(9.0, 1.0, 1, 0.31), (9.0, 2.0, 1, None), (9.0, 1.0, 0, None), (1.0, 0.9, 1, None)],
+)
+def test_a_fault_is_resized_beside_what_leaves_much_where_that_hardly_leaves_anything(
+    chi: float, leaves: float, count: int, told: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And what was found goes on from there untested; what hardly leaves anything is resized in the end."""
+    best = bare(chi=chi, found=("finding",) * count, case=bare(noise="left", sigma={}))
+    again = bare(size=0.31, resize=lambda h: None, set_right=lambda case: case)
+    fault = bare(size=0.3, resize=lambda h: again)
+
+    def state(**values: Any) -> Any:
+        return bare(**{**values, **({"best": values["selection"].best} if "selection" in values else {})})
+
+    monkeypatch.setattr(resized_fault, "replace", lambda of, **new: state(**{**vars(of), **new}))
+    monkeypatch.setattr(resized_fault, "_refit", lambda case, h: h and bare(**{**vars(h), "chi": leaves}))
+    now: Any = bare(fault=fault, case=None, written=None, null=None, best=best, selection=bare(best=best))
+    told_of: Any = resized_fault.resize_beside(now, bare())  # type: ignore[arg-type]
+    assert (told_of and (told_of.fault.size, told_of.best.chi)) == (told and (told, leaves))
+
+
 def find_beside_catalogue(runs: list[Recording]) -> object:
     """What is found of a fault where the catalogue may score more."""
     h = fit_hypothesis(case_of(runs), plant())

@@ -17,7 +17,7 @@ from network.analysis.diagnosis.steps import forward_selection, next_finding
 
 def state(told: float, chi: float | None) -> Any:
     """As good as its number; chi: what its finding leaves, None where it has none."""
-    return bare(told=told, best=bare(found=chi is not None, chi=chi))
+    return bare(told=told, best=bare(found=chi is not None, chi=chi, told=told))
 
 
 @pytest.mark.parametrize(
@@ -34,7 +34,7 @@ def test_lumps_alone_that_explain_more_come_before_readings_set_right(
 ) -> None:
     """And else the search on these is told to its end, before the other one, which has to beat it."""
     monkeypatch.setattr(weighed_fault, "is_told_better", lambda other, now, jobs: other.told > now.told)
-    monkeypatch.setattr(weighed_fault, "lay_alike", lambda now, other: other)
+    monkeypatch.setattr(weighed_fault, "lay_alike", lambda now, other: other.best)
     first, *rest = (state(each, None) for each in right)
     others = iter([state(each, None) for each in other])
     assert [s.told for s in weighed_fault.weigh_fault(first, iter(rest), others, 1)] == told
@@ -55,7 +55,7 @@ def test_what_hardly_leaves_anything_without_a_fault_comes_before_more_steps_wit
 ) -> None:
     """Where the first step with the fault leaves much; what was not asked then has its turn in the end."""
     monkeypatch.setattr(weighed_fault, "is_told_better", lambda other, now, jobs: other.told > now.told)
-    monkeypatch.setattr(weighed_fault, "lay_alike", lambda now, other: other)
+    monkeypatch.setattr(weighed_fault, "lay_alike", lambda now, other: other.best)
     first, *rest = (state(*each) for each in right)
     others = iter([state(*each) for each in other])
     assert [s.told for s in weighed_fault.weigh_fault(first, iter(rest), others, 1)] == told
@@ -78,7 +78,58 @@ def test_where_both_leave_much_the_one_that_explains_more_has_to_tell_unseen_run
     monkeypatch.setattr(weighed_fault, "unseen_misfit", lambda h, jobs: h.unseen)
     gains = zip((evidence, 0.0), unseen, strict=True)
     other, now = (bare(best=bare(case=None, chi=chi, linearised=None, evidence=e, unseen=u)) for e, u in gains)
-    assert weighed_fault.is_told_better(other.best, now, 1) is told
+    assert weighed_fault.is_told_better(other.best, now.best, 1) is told
+
+
+@pytest.mark.parametrize(
+    ("competes", "is_better", "told"), [(False, False, ["set right"]), (True, False, []), (True, True, ["set right"])]
+)
+def test_what_competes_beside_what_was_found_has_to_explain_more(
+    competes: bool, is_better: bool, told: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As long as lumps are as fine as they get: one that leaves much is looked for, too."""
+    asked = list[bool]()
+    for name, does in {
+        "reweight": lambda case, h: h, "_with_fault": lambda found, fault, h: found,
+        "set_right": lambda h, jobs, is_finest: (asked.append(is_finest), (bare(competes=competes), h))[1],
+        "_search_set_right": lambda *of: iter([bare(best="step", name="step"), bare(best="end", name="set right")]),
+        "is_told_better": lambda other, now, jobs: is_better and (other, now) == ("end", "laid"),
+        "lay_alike": lambda now, other: "laid",
+    }.items():  # fmt: skip
+        monkeypatch.setattr(search, name, does)
+    found: Any = bare(best=bare(case=None))
+    states: Any = search._search_beside(found, 0, 1, lambda share: None)
+    assert [now.name for now in states] == told
+    assert asked == [True]
+
+
+@pytest.mark.parametrize(
+    ("resized", "told"),
+    [
+        ({}, ["null", "step", "end"]), ({"step": "resized"}, ["null", "resized", "step again", "end again"]),
+        ({"end": "resized"}, ["null", "step", "resized", "step again", "end again"]),
+    ],
+)  # fmt: skip
+def test_all_begins_again_with_the_size_a_fault_has_beside_what_was_found(
+    resized: dict[str, str], told: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def state(name: str, fault: Any = "as found") -> Any:
+        return bare(name=name, fault=fault, best=bare(found=not name.startswith("null")))
+
+    def go_on(begun: Any, *of: Any) -> Any:
+        names = ("null", "step", "end") if begun.fault == "as found" else ("null", "step again", "end again")
+        yield from map(state, names)
+
+    def resize(now: Any, case: str) -> Any:
+        assert case == "recorded"
+        return state(resized[now.name], "of another size") if now.name in resized else None
+
+    monkeypatch.setattr(search, "_search_from", go_on)
+    monkeypatch.setattr(search, "resize_beside", resize)
+    monkeypatch.setattr(search, "_with_fault", lambda first, fault, h: state("null", fault))
+    first: Any = bare(case="recorded")
+    states: Any = search._search_set_right(state("null"), first, 0, 1, lambda share: None)
+    assert [now.name for now in states] == told
 
 
 def test_a_fault_of_readings_is_told_before_what_may_be_out_of_time(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -60,7 +60,7 @@ def test_what_was_not_tested_does_not_stand_for_a_null_that_was(
     assert search._is_taken(now, bare(begin=h()), before) is taken  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("look", [run_out, lambda *of: (None, None)])
+@pytest.mark.parametrize("look", [run_out, lambda *of, **more: (None, None)])
 def test_a_last_look_at_readings_is_no_part_of_the_search(look: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(search, "set_right", look)
     monkeypatch.setattr(search, "reweight", lambda case, best: best)
@@ -81,6 +81,7 @@ def test_a_fault_that_is_not_found_again_is_not_what_is_told_while_it_is_looked_
         "keep_in_step": lambda case, null: case, "state": lambda *of: h(), "fit_written": lambda at: at,
         "Search": lambda *of: bare(name="written", fault=None), "Screening": lambda of: None,
         "Selection": lambda of: None, "set_right": lambda of, jobs: (fault, None), "_search_from": go_on,
+        "_search_set_right": lambda begun, first, *of: go_on(begun),
         "_with_fault": lambda *of: bare(name="mended", fault=fault), "_is_found_again": lambda *of: False,
     }.items():  # fmt: skip
         monkeypatch.setattr(search, name, does)

@@ -32,7 +32,8 @@ def resize_fault(now: Search, recorded: Case, jobs: int) -> Iterator[Search]:
     if now.best.chi > SETTINGS.adequate:
         return
     try:
-        again = _resize_once(now, recorded, jobs)
+        again = _resize(now, recorded)
+        again = None if again is None else _test(again, jobs)
     except (BudgetReached, Failed, np.linalg.LinAlgError):
         return
     if again is not None:
@@ -41,7 +42,24 @@ def resize_fault(now: Search, recorded: Case, jobs: int) -> Iterator[Search]:
             yield from resize_fault(again, recorded, jobs)
 
 
-def _resize_once(now: Search, recorded: Case, jobs: int) -> Search | None:
+def _test(now: Search, jobs: int) -> Search:
+    """Its findings, beside each other and on runs that they were not fitted to."""
+    return replace(now, selection=check_selection(now.null, now.selection, jobs))
+
+
+def resize_beside(now: Search, recorded: Case) -> Search | None:
+    """What a search came to, of which much is left, on readings set right by the fault's size beside it; not tested.
+    None where that leaves more than hardly anything."""
+    if now.fault is None or not now.best.found or now.best.chi <= SETTINGS.adequate:
+        return None
+    try:
+        again = _resize(now, recorded)
+    except (BudgetReached, Failed, np.linalg.LinAlgError):
+        return None
+    return again if again is not None and again.best.chi <= SETTINGS.adequate else None
+
+
+def _resize(now: Search, recorded: Case) -> Search | None:
     """None where the size is no other."""
     assert now.fault is not None
     fault, best = now.fault, now.best
@@ -55,8 +73,7 @@ def _resize_once(now: Search, recorded: Case, jobs: int) -> Search | None:
         return None
     case = _set_right(fault, recorded, best)
     written, null = (_refit(case, h) or h for h in (now.written, now.null))
-    selection = check_selection(null, replace(now.selection, best=best), jobs)
-    return replace(now, case=case, fault=fault, written=written, null=null, selection=selection)
+    return replace(now, case=case, fault=fault, written=written, null=null, selection=replace(now.selection, best=best))
 
 
 def _set_right(fault: ReadingFault, recorded: Case, h: Hypothesis) -> Case:

@@ -23,7 +23,7 @@ from network.analysis.diagnosis.lumps.lump_convergence import refine_until_conve
 from network.analysis.diagnosis.lumps.lump_refinement import hardly_matter, is_late, refine_lumps
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.readings_set_right import set_right, set_right_on_lumps
-from network.analysis.diagnosis.resized_fault import resize_fault
+from network.analysis.diagnosis.resized_fault import resize_beside, resize_fault
 from network.analysis.diagnosis.screening.screening import Screening, leaves_something
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
@@ -45,7 +45,7 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     fault, mended = set_right(written, jobs)
     begun = first if fault is None else _with_fault(first, fault, mended)
     yield begun
-    states = _search_from(begun, seed, jobs, tell)
+    states = _search_set_right(begun, first, seed, jobs, tell)
     yield (now := next(states))
     if not _is_found_again(now, first):
         yield first
@@ -88,20 +88,37 @@ def _search_without(
 ) -> Iterator[Search]:
     """What a search comes to on readings as they were, where it explains more than those set right."""
     *_, other = _search_from(first, seed, jobs, tell, sets_right=False)
-    if is_told_better(lay_alike(now, other), now, jobs):
+    if is_told_better(lay_alike(now, other), now.best, jobs):
         yield other
 
 
 def _search_beside(found: Search, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
-    """What a search comes to on readings set right, where a fault of them shows beside what was found. Where the time
-    is up before that is known, this was no part of the search."""
+    """What a search comes to on readings set right, where a fault of them shows beside what was found; where it leaves
+    much or competes otherwise, as long as that explains more. Where the time is up before that is known, this was no
+    part of the search."""
     try:
-        fault, mended = set_right(reweight(found.best.case, found.best), jobs)
+        fault, mended = set_right(reweight(found.best.case, found.best), jobs, is_finest=True)
     except BudgetReached:
         return
     if fault is not None:
-        *_, last = _search_from(_with_fault(found, fault, mended), seed, jobs, tell)
-        yield last
+        *_, last = _search_set_right(_with_fault(found, fault, mended), found, seed, jobs, tell)
+        if not fault.competes or is_told_better(last.best, lay_alike(last, found), jobs):
+            yield last
+
+
+def _search_set_right(
+    begun: Search, first: Search, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Iterator[Search]:
+    """Ever better states from readings that may be set right (first: as they were). Where what was found leaves much
+    because the fault was found beside numbers bent to what was missing, all begins again on readings set right by the
+    size that it has beside that."""
+    for now in _search_from(begun, seed, jobs, tell):
+        again = resize_beside(now, first.case)
+        yield again or now
+        if again is not None and again.fault is not None:
+            states = _search_from(_with_fault(first, again.fault, again.best), seed, jobs, tell)
+            yield from (other for other in states if other.best.found)
+            return
 
 
 def _with_fault(now: Search, fault: ReadingFault, mended: Hypothesis) -> Search:

@@ -23,18 +23,18 @@ def weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search],
     alone where its lumps explain more, or its first step hardly leaves anything while that with the fault leaves much,
     and else to what it comes to where that explains more."""
     other = next(others)
-    if is_told_better(lay_alike(now, other), now, jobs):
+    if is_told_better(lay_alike(now, other), now.best, jobs):
         yield from chain([other], others)
         return
     for now in states:
         yield now
         if now.best.found and now.best.chi > SETTINGS.adequate and not other.best.found:
             other = _take_first_step(other, others)
-            if other.best.chi <= SETTINGS.adequate and is_told_better(lay_alike(now, other), now, jobs):
+            if other.best.chi <= SETTINGS.adequate and is_told_better(lay_alike(now, other), now.best, jobs):
                 yield from chain([other], others)
                 return
     *_, other = chain([other], others)
-    if is_told_better(lay_alike(now, other), now, jobs):
+    if is_told_better(lay_alike(now, other), now.best, jobs):
         yield other
 
 
@@ -53,10 +53,10 @@ def lay_alike(now: Search, other: Search) -> Hypothesis:
     return reweight(now.fault.lay_alike(best.case), best)
 
 
-def is_told_better(other: Hypothesis, now: Search, jobs: int) -> bool:
+def is_told_better(other: Hypothesis, now: Hypothesis, jobs: int) -> bool:
     """Whether what a search came to explains more than another, in units of how long lasts what both leave, and, where
     that is much, tells runs that it has not seen better, too: what bends itself to the runs explains these alone."""
-    ends = [reweight(use_file_noise(h.case), h) for h in (other, now.best)]
+    ends = [reweight(use_file_noise(h.case), h) for h in (other, now)]
     firm = min(lasting_misfit(h.linearised) for h in ends)
     if (ends[0].evidence - ends[1].evidence) / firm**2 <= SETTINGS.alike:
         return False
