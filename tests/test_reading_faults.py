@@ -14,6 +14,7 @@ from test_diagnosis import CONCEALED, HELD_OUT, LADDERS, plant, recorded
 from test_small_decisions import bare
 
 from network.analysis.calibration.estimated_constants import compare_estimating
+from network.analysis.comparison.channel_residual import rms
 from network.analysis.diagnosis import resized_fault
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.diagnose import diagnose
@@ -101,6 +102,28 @@ def test_a_fault_that_stays_is_told_so_and_is_in_the_file_that_tells_what_comes_
 def test_a_fault_that_a_run_left_out_has_no_more_is_not_in_the_file() -> None:
     d = diagnose(plant(), runs_with("offset", stays=True), [recorded(plant(), HELD_OUT, 9)], seed=1)
     assert d.findings[0].channels == ("T_housing",) and not d.after.sensors["T_housing"].effects
+
+
+def test_readings_that_hardly_see_their_part_are_told_with_the_noise_that_setting_them_right_leaves() -> None:
+    """What is a tenth of the truth has ten times the noise once it is set right: that is no sign of what is left."""
+    rng, noise = np.random.default_rng(5), plant().sensors["T_housing"].sigma
+
+    def hang(since: Array, x: Array, air: Array) -> Array:
+        seen = x + 0.9 * (air - x) + rng.normal(0.0, noise, len(x))
+        return np.where(since >= 0, seen, x)
+
+    runs = [recorded(plant(), x, i) for i, x in enumerate((*LADDERS, HELD_OUT))]
+    first, second, held = (fail(r, hang, begins=at) for r, at in zip(runs, (BEGINS, -1.0, -1.0), strict=True))
+    d = diagnose(plant(), [first, second], [held], seed=1)
+    assert d.findings[0].parameters["share"].value == pytest.approx(0.9, abs=0.01)
+    for told in (d.fits.train_after, d.fits.holdout_after):
+        assert told is not None and 0.9 < told.rmse_in_noise < 1.1
+    channel = d.fits.train_after.recordings[0].channels["T_housing"]
+    since = channel.t > BEGINS + 300
+    assert channel.spread is not None
+    assert channel.spread[~(channel.t > BEGINS - 300)] == pytest.approx(1.0)
+    assert channel.spread[since] == pytest.approx(10.0, rel=0.1)
+    assert rms(channel.residual[since]) == pytest.approx(10 * noise, rel=0.2)
 
 
 def test_what_the_scan_gains_is_what_a_fit_with_it_gains() -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array, Indices
+from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.platform.printing import Brief
 from network.platform.quantities.unit_values import in_own_unit
 from network.recordings.csv_table import Table
@@ -15,16 +15,23 @@ from network.recordings.csv_table import Table
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Column(Brief):
-    """One channel. values: in SI (temperatures in °C), NaN for gaps; unit: what it is shown in."""
+    """One channel. values: in SI (temperatures in °C), NaN for gaps; unit: what it is shown in; spread: how often the
+    noise of its sensor each value has, where some were set right; once without."""
 
     name: str
     unit: str
     values: Array
+    spread: Array | None = None
 
     @property
     def shown(self) -> Array:
         """The values in the unit."""
         return in_own_unit(self.values, self.unit)
+
+    def keep(self, kept: Mask) -> Column:
+        """Some of its values."""
+        spread = None if self.spread is None else self.spread[kept]
+        return replace(self, values=self.values[kept], spread=spread)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

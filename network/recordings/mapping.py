@@ -119,7 +119,7 @@ def _part(samples: Samples, values: Mapping[str, Any], tree: Branch) -> Samples:
         wrong = f"`from` and `until` leave {kept.sum()} of {len(t)} samples"
         right = f"the recording goes from {t[0]:.10g} s to {t[-1]:.10g} s, keep at least two samples"
         raise refuse(tree.key_spot(key), wrong, right)
-    columns = {name: replace(c, values=c.values[kept]) for name, c in samples.columns.items()}
+    columns = {name: c.keep(kept) for name, c in samples.columns.items()}
     return replace(samples, t=t[kept], columns=columns, lines=samples.lines[kept], file_of=samples.file_of[kept])
 
 

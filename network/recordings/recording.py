@@ -112,7 +112,7 @@ class Recording(Result):
         return self._keep(self.t < t)
 
     def _keep(self, kept: Mask) -> Recording:
-        columns = {n: replace(c, values=c.values[kept]) for n, c in self.columns.items()}
+        columns = {n: c.keep(kept) for n, c in self.columns.items()}
         t, lines = self.t[kept], None if self.lines is None else self.lines[kept]
         modes = {n: m.until(float(t[-1])) for n, m in self.modes.items()}
         return replace(self, t=t, columns=columns, lines=lines, modes=modes)

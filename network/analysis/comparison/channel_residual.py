@@ -15,7 +15,8 @@ from network.platform.quantities.units import difference, unit
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ChannelResidual(Brief):
-    """One channel of one recording. t [s]; measured, simulated in SI; sigma: declared 1σ of a sample; unit: shown."""
+    """One channel of one recording. t [s]; measured, simulated in SI; sigma: declared 1σ of a sample; unit: shown;
+    spread: how often that noise each sample has, where some were set right; once without."""
 
     name: str
     unit: str
@@ -23,6 +24,7 @@ class ChannelResidual(Brief):
     measured: Array
     simulated: Array
     sigma: float
+    spread: Array | None = None
 
     @property
     def residual(self) -> Array:
@@ -32,7 +34,8 @@ class ChannelResidual(Brief):
     @property
     def in_noise(self) -> Array:
         """Residual in units of noise."""
-        return np.asarray(self.residual / self.sigma)
+        left = self.residual / self.sigma
+        return np.asarray(left if self.spread is None else left / self.spread)
 
     @property
     def finite(self) -> Array:

@@ -135,7 +135,7 @@ def _compare_one(
     channels = {
         name: ChannelResidual(
             name, machine.sensors[name].unit, run.t, recording.columns[name].values,
-            run.sensors[name], machine.sensors[name].sigma,
+            run.sensors[name], machine.sensors[name].sigma, recording.columns[name].spread,
         )
         for name in names
     }  # fmt: skip

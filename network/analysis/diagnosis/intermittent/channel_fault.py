@@ -69,13 +69,16 @@ class ChannelFault(ReadingFault):
         return replace(case, recordings=tuple(self.correct_windows(r, w, sets_right) for r, w in runs))
 
     def correct_windows(self, recording: Recording, windows: Windows, sets_right: bool = True) -> Recording:
-        """A recording with the readings of the windows set right, and none about their ends."""
+        """A recording with the readings of the windows set right, and none about their ends. What is set right has as
+        much more noise as it moves with a reading."""
         column = recording.columns.get(self.channel)
         if column is None:
             return recording
         values = self.undo(recording, column.values, windows) if sets_right else column.values
+        spread = self.undo(recording, column.values + 1.0, windows) - values if sets_right else None
         values = np.where(inside(recording.t, self.list_left_out(windows)), np.nan, values)
-        return replace(recording, columns={**recording.columns, self.channel: replace(column, values=values)})
+        right = replace(column, values=values, spread=spread)
+        return replace(recording, columns={**recording.columns, self.channel: right})
 
 
 def inside(t: Array, windows: Iterable[tuple[float, float]]) -> Mask:
