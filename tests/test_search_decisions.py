@@ -535,11 +535,12 @@ def test_what_grows_does_not_fill_the_list_of_what_is_fitted() -> None:
     assert {*map(id, told)} == {*map(id, [*grows[: shortlist.THAT_MOVE], *paths])}
 
 
-@pytest.mark.parametrize("is_late", [False, True])
+@pytest.mark.parametrize("is_late", [(False,) * 2, (True,) * 2, (False, True)])
 def test_the_foremost_of_both_screenings_are_fitted_first_where_it_is_late(
-    is_late: bool, monkeypatch: pytest.MonkeyPatch
+    is_late: tuple[bool, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The same trials in any case, each from where it was screened about the fit."""
+    """The same trials in any case, each from where it was screened about the fit; where it becomes late on the way,
+    what is there so far."""
 
     def score(name: str, gain: float) -> Any:
         return bare(candidate=bare(key=(name,), kind=name, section=name), gain=gain)
@@ -550,8 +551,13 @@ def test_the_foremost_of_both_screenings_are_fitted_first_where_it_is_late(
     monkeypatch.setattr(refit, "score_by_thermometers", lambda *of: None)
     monkeypatch.setattr(refit, "on_few_runs", lambda current: current)
     monkeypatch.setattr(refit, "fit_all", lambda begin, trials, jobs, tell=None: [*trials])
-    told = [*refit.start_trials(bare(machine=bare(lumps=9)), (), about_fit, 1, is_late=is_late)]
-    assert {s.candidate.key[0] for s in told[0].fits} == set("abde" if is_late else "abcde")
+    monkeypatch.setattr(refit, "AT_ONCE", 4)
+    asked, shares = iter(is_late), list[float]()
+    told = [
+        *refit.start_trials(bare(machine=bare(lumps=9)), (), about_fit, 1, shares.append, is_late=lambda: next(asked))
+    ]
+    names = [{s.candidate.key[0] for s in each.fits} for each in told]
+    assert names == ([set("abde")] if any(is_late) else []) + [set("abcde")] and shares == [0.5, 1.0]
     assert len(told[-1].fits) == 5 and all(s in told[-1].fits for s in about_fit) and not told[-1].rest
 
 

@@ -78,16 +78,21 @@ def _begin_trials(
 ) -> Generator[Told, None, tuple[TrialFits, Hypothesis | None]]:
     """What is likely, each fitted a few steps, and what was told of it: where it is late, the best as soon as it is,
     where it explains most."""
-    is_late = is_told_so_far(current) and current.case.budget.is_past(LATE * SETTINGS.searched)
+    is_late = partial(_is_late, current)
     begun, passing = None, None
     for trials in start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen), is_late):
-        if is_late and trials.foremost not in (None, begun):
+        if is_late() and trials.foremost not in (None, begun):
             begun = trials.foremost
             fitted = trials.fit_in_passing(begun)
             first = take_first(current, seen.before, fitted, threshold)
             if first is not None and explains_most(current, first) and _is_better(first, passing):
                 yield (passing := first), fitted
     return trials, passing
+
+
+def _is_late(current: Hypothesis) -> bool:
+    """Whether a step that is told while it is made may not come to its end."""
+    return is_told_so_far(current) and current.case.budget.is_past(LATE * SETTINGS.searched)
 
 
 def _leaves_little(before: Hypothesis, trials: TrialFits, h: Hypothesis) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -29,6 +29,8 @@ BRIEF, BRIEFER = 4, 2
 """Steps of every candidate on a few runs, from the numbers of the file and from those at hand, where it is near."""
 FOREMOST = 2
 """Candidates of each screening that are fitted before the others where the time may be up before it goes on."""
+AT_ONCE = 6
+"""Candidates that are fitted before it is asked again whether it is late (budget)."""
 
 
 def linearise_at_priors(fit: Linearised | Estimate) -> Linearised | None:
@@ -64,22 +66,32 @@ def _start_trial(
 
 def start_trials(
     current: Hypothesis, candidates: Sequence[Candidate], scores: Sequence[Score], jobs: int, tell: Tell = None,
-    is_near: bool = False, is_late: bool = False,
+    is_near: bool = False, is_late: Callable[[], bool] = lambda: False,
 ) -> Iterator[TrialFits]:  # fmt: skip
-    """The likely ones of what is proposed beside a hypothesis, each with its own fit; where it is late, first the
-    foremost of them. scores: of the screening about it; is_near: whether the fit is near, so that what shows about it
-    is all that shows."""
+    """The likely ones of what is proposed beside a hypothesis, each with its own fit; as soon as it is late, what is
+    there of them so far, too, the foremost first. scores: of the screening about it; is_near: whether the fit is near,
+    so that what shows about it is all that shows."""
     about_file = [] if is_near else _about_file(current, candidates, jobs)
-    is_quick = not (is_near or is_late) and current.machine.lumps < LARGE
+    is_quick = not (is_near or is_late()) and current.machine.lumps < LARGE
     aside = score_by_thermometers(current, candidates, jobs) if is_quick else None
     most = LONGER if current.machine.lumps <= SMALL else SHORTLIST
     trials = shortlist(scores, about_file, most, [*aside.scores.values()] if aside else ())
     about = on_few_runs(current)
     begin = partial(_start_trial, about, {s.candidate.key: s for s in about_file}, aside)
     begun = TrialFits(current, about, (), begin, list_others(scores, trials))
-    if is_late:
-        others = list_others(trials, shortlist(scores, about_file, FOREMOST))
-        foremost = list_others(trials, others)
-        yield (begun := replace(begun, fits=tuple(fit_all(begin, foremost, jobs))))
-        trials = [*others]
-    yield replace(begun, fits=(*begun.fits, *fit_all(begin, trials, jobs, tell)))
+    others = list_others(trials, shortlist(scores, about_file, FOREMOST))
+    parts = [of[k : k + AT_ONCE] for of in (list_others(trials, others), others) for k in range(0, len(of), AT_ONCE)]
+    yield from _fit_in_turn(begun, parts, jobs, tell, is_late)
+
+
+def _fit_in_turn(
+    begun: TrialFits, parts: Sequence[Sequence[Score]], jobs: int, tell: Tell, is_late: Callable[[], bool]
+) -> Iterator[TrialFits]:
+    """All of some trials; where it is late, those of each part as soon as they are fitted."""
+    for k, part in enumerate(parts, 1):
+        begun = replace(begun, fits=(*begun.fits, *fit_all(begun.begin, part, jobs)))
+        if tell is not None:
+            tell(k / len(parts))
+        if k < len(parts) and is_late():
+            yield begun
+    yield begun
