@@ -477,18 +477,25 @@ def test_what_explains_best_so_far_is_told_where_the_time_is_up(runs: int, monke
     assert all(now.threshold == 12.0 and not now.is_checked for now in told[1:])
 
 
-@pytest.mark.parametrize(("spent", "chi", "told"), [(0.0, 1.0, 0), (0.5, 1.0, 1), (0.5, 4.0, 0)])
+@pytest.mark.parametrize(
+    ("spent", "chi", "ends", "told"),
+    [(0.0, 1.0, False, 0), (0.5, 1.0, False, 1), (0.5, 3.0, False, 0), (0.5, 3.0, True, 1), (0.5, 4.0, True, 0)],
+)
 def test_what_is_fitted_first_is_told_before_the_others_where_half_the_time_is_gone(
-    spent: float, chi: float, told: int, monkeypatch: pytest.MonkeyPatch
+    spent: float, chi: float, ends: bool, told: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where it explains most."""
+    """Where it explains most; once all of them are fitted, where it explains half."""
     budget = TimeBudget(100.0)
     case = bare(recordings=("run",) * 2, budget=replace(budget, began=budget.began - 100.0 * spent))
     null, first = h(5.0, 0.0, offset_pull=0.0, case=case), h(chi, 90.0, ("tilt",), case=case)
 
     def start(*of: Any) -> Any:
         yield bare(foremost=first, fit_in_passing=lambda begun: [begun])
-        yield bare(foremost=first, fit_in_passing=None)
+        yield bare(foremost=first, fit_in_passing=None, rank=run_out)
+        if not ends:
+            raise BudgetReached
+
+    def run_out(jobs: int) -> Any:
         raise BudgetReached
 
     monkeypatch.setattr(next_finding, "start_trials", start)

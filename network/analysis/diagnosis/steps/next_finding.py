@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from network.analysis.diagnosis.hypotheses.compact_fit import compact
-from network.analysis.diagnosis.hypotheses.falling_short import explains_most
+from network.analysis.diagnosis.hypotheses.falling_short import explains_half, explains_most
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.latent_rest import rank_beside_rest
 from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
@@ -77,9 +77,9 @@ def _begin_trials(
     current: Hypothesis, seen: Screening, threshold: float, jobs: int, tell: Callable[[float], None]
 ) -> Generator[Told, None, tuple[TrialFits, Hypothesis | None]]:
     """What is likely, each fitted a few steps, and what was told of it: where it is late, the best as soon as it is,
-    where it explains most."""
+    where it explains most, and of all where it explains half."""
     is_late = partial(_is_late, current)
-    begun, passing = None, None
+    begun, passing, first = None, None, None
     for trials in start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen), is_late):
         if is_late() and trials.foremost not in (None, begun):
             begun = trials.foremost
@@ -87,6 +87,8 @@ def _begin_trials(
             first = take_first(current, seen.before, fitted, threshold)
             if first is not None and explains_most(current, first) and _is_better(first, passing):
                 yield (passing := first), fitted
+    if passing is None and first is not None and explains_half(current, first):
+        yield (passing := first), fitted
     return trials, passing
 
 
