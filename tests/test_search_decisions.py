@@ -557,7 +557,7 @@ def test_the_foremost_of_both_screenings_are_fitted_first_where_it_is_late(
     monkeypatch.setattr(refit, "_about_file", lambda *of: about_file)
     monkeypatch.setattr(refit, "score_by_thermometers", lambda *of: None)
     monkeypatch.setattr(refit, "on_few_runs", lambda current: current)
-    monkeypatch.setattr(refit, "fit_all", lambda begin, trials, jobs, tell=None: [*trials])
+    monkeypatch.setattr(refit, "fit_all", lambda begin, trials, jobs, tell: tell(1.0) or [*trials])
     monkeypatch.setattr(refit, "AT_ONCE", 4)
     asked, shares = iter(is_late), list[float]()
     told = [

@@ -89,9 +89,12 @@ def _fit_in_turn(
 ) -> Iterator[TrialFits]:
     """All of some trials; where it is late, those of each part as soon as they are fitted."""
     for k, part in enumerate(parts, 1):
-        begun = replace(begun, fits=(*begun.fits, *fit_all(begun.begin, part, jobs)))
-        if tell is not None:
-            tell(k / len(parts))
+        told = None if tell is None else partial(_tell_part, tell, k - 1, len(parts))
+        begun = replace(begun, fits=(*begun.fits, *fit_all(begun.begin, part, jobs, told)))
         if k < len(parts) and is_late():
             yield begun
     yield begun
+
+
+def _tell_part(tell: Callable[[float], None], done: int, count: int, share: float) -> None:
+    tell((done + share) / count)
