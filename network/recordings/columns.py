@@ -28,7 +28,7 @@ class Column(Brief):
         """The values in the unit."""
         return in_own_unit(self.values, self.unit)
 
-    def keep(self, kept: Mask) -> Column:
+    def keep(self, kept: Mask | slice) -> Column:
         """Some of its values."""
         spread = None if self.spread is None else self.spread[kept]
         return replace(self, values=self.values[kept], spread=spread)

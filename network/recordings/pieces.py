@@ -39,7 +39,7 @@ def find_cuts(samples: Samples, complaints: Complaints) -> tuple[Cut, ...]:
 
 
 def _glued(samples: Samples, part: slice) -> Iterator[Cut]:
-    columns = [replace(column, values=column.values[part]) for column in samples.columns.values()]
+    columns = [column.keep(part) for column in samples.columns.values()]
     for index, names in find_glued(samples.t[part], columns):
         when = f"{float(samples.t[part][index]):.10g} s"
         jump = f"{len(names)} temperatures jump at once ({', '.join(names[:MOST])}{', …' if len(names) > MOST else ''})"
@@ -49,7 +49,7 @@ def _glued(samples: Samples, part: slice) -> Iterator[Cut]:
 def _why_gap(samples: Samples, step: Step, steps: Sequence[Step], cuts: Sequence[Cut]) -> str:
     end = next((s.index for s in steps if s.is_back and s.index > step.index), len(samples.t))
     begin = cuts[-1].index if cuts else 0
-    columns = [replace(column, values=column.values[:end]) for column in samples.columns.values()]
+    columns = [column.keep(slice(end)) for column in samples.columns.values()]
     hindrance = hinders(samples.t[:end], columns, step.index, begin)
     return f"{step.sentence}, and {hindrance}" if hindrance else ""
 
