@@ -6,8 +6,9 @@ set right by it, and looks like one thing more.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -31,20 +32,11 @@ def resize_fault(now: Search, recorded: Case, jobs: int) -> Iterator[Search]:
     that was no part of the search. recorded: the case as it was recorded."""
     if now.best.chi > SETTINGS.adequate:
         return
-    try:
-        again = _resize(now, recorded)
-        again = None if again is None else _test(again, jobs)
-    except (BudgetReached, Failed, np.linalg.LinAlgError):
-        return
+    again = _attempt(partial(_resize_and_test, now, recorded, jobs))
     if again is not None:
         yield again
         if len(again.best.found) < len(now.best.found):
             yield from resize_fault(again, recorded, jobs)
-
-
-def _test(now: Search, jobs: int) -> Search:
-    """Its findings, beside each other and on runs that they were not fitted to."""
-    return replace(now, selection=check_selection(now.null, now.selection, jobs))
 
 
 def resize_beside(now: Search, recorded: Case) -> Search | None:
@@ -52,11 +44,22 @@ def resize_beside(now: Search, recorded: Case) -> Search | None:
     None where that leaves more than hardly anything."""
     if now.fault is None or not now.best.found or now.best.chi <= SETTINGS.adequate:
         return None
+    again = _attempt(partial(_resize, now, recorded))
+    return again if again is not None and again.best.chi <= SETTINGS.adequate else None
+
+
+def _attempt(resize: Callable[[], Search | None]) -> Search | None:
+    """None where the time is up, or a run breaks down."""
     try:
-        again = _resize(now, recorded)
+        return resize()
     except (BudgetReached, Failed, np.linalg.LinAlgError):
         return None
-    return again if again is not None and again.best.chi <= SETTINGS.adequate else None
+
+
+def _resize_and_test(now: Search, recorded: Case, jobs: int) -> Search | None:
+    """With its findings tested beside each other and on runs that they were not fitted to."""
+    again = _resize(now, recorded)
+    return again and replace(again, selection=check_selection(again.null, again.selection, jobs))
 
 
 def _resize(now: Search, recorded: Case) -> Search | None:

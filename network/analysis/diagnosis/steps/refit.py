@@ -28,7 +28,7 @@ LARGE = 120
 BRIEF, BRIEFER = 4, 2
 """Steps of every candidate on a few runs, from the numbers of the file and from those at hand, where it is near."""
 FOREMOST = 2
-"""Candidates of each screening that are fitted before the others where the time may be up before it goes on."""
+"""Candidates of each screening that are fitted before the others: the time may be up before these are."""
 AT_ONCE = 6
 """Candidates that are fitted before it is asked again whether it is late (budget)."""
 
