@@ -232,7 +232,7 @@ def test_draws_find_a_relay_at_its_part_and_at_no_other() -> None:
         k = int(np.argmin(better))
         best[part] = better[k], judge.space.numbers(theta[k])
     assert best["housing"][0] < 0.5 * best["column"][0]
-    assert best["housing"][1]["sources.thermostat_cooling housing.power"] == pytest.approx(250, rel=0.3)
+    assert best["housing"][1]["sources.thermostat cooling housing.power"] == pytest.approx(250, rel=0.3)
 
 
 def test_where_no_draw_runs_none_is_polished() -> None:

@@ -16,6 +16,11 @@ def sentence(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
+def name_of(kind: str) -> str:
+    """A kind, or another word with underscores, as a reader says it."""
+    return kind.replace("_", " ")
+
+
 def join_either(names: list[str]) -> str:
     """a; a or b; a, b or c."""
     return _join(names, " or ")

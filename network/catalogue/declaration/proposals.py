@@ -9,6 +9,7 @@ from itertools import count
 from typing import Any
 
 from network.catalogue.declaration.number_fields import Amount
+from network.platform.wording import name_of
 
 
 @dataclass(frozen=True)
@@ -35,3 +36,8 @@ def set_in_each(patches: Iterable[Mapping[str, Any]], **settings: Any) -> Iterat
 def fresh(name: str, taken: Container[str]) -> str:
     """The name, with a number behind it if it is taken."""
     return name if name not in taken else next(n for i in count(2) if (n := f"{name} {i}") not in taken)
+
+
+def fresh_entry(kind: str, of: str, taken: Container[str]) -> str:
+    """The name of an entry of a kind by where it sits, as a reader says it: it stands in sentences, too."""
+    return fresh(f"{name_of(kind)} {of}".strip(), taken)

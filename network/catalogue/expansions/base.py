@@ -18,7 +18,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Effect, typical_body
 from network.catalogue.declaration.fields import Place, whole
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.declaration.proposals import fresh
+from network.catalogue.declaration.proposals import fresh_entry
 from network.catalogue.mechanisms.base import STEP, Link, add_imaginary_step
 from network.catalogue.mechanisms.mechanism import Inputs
 
@@ -81,7 +81,7 @@ class Expansion(Effect):
         """On every axis the machine has, for everything it could read, each way: a strength has no sign."""
         for axis in (a for a in machine.tcp if a in cls.axes):
             for label, given in cls.subjects(machine, axis):
-                name = fresh(f"{cls.kind} {label}".strip(), machine.tcp[axis])
+                name = fresh_entry(cls.kind, label, machine.tcp[axis])
                 for direction in (1, -1):
                     yield {"tcp": {axis: {name: typical_body(cls, direction=direction, **given)}}}
 

@@ -16,7 +16,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import Place, places, shares
 from network.catalogue.declaration.machine_protocol import MachineLike, NodeLike
-from network.catalogue.declaration.proposals import fresh
+from network.catalogue.declaration.proposals import fresh_entry
 from network.catalogue.mechanisms.mechanism import Inputs, Mechanism, Relay
 from network.catalogue.typical_values import size_body
 
@@ -103,7 +103,7 @@ class Link(Flow):
         """Between every pair of nodes where it could be missing."""
         for a, b in cls.candidates(machine):
             body = size_body(cls, machine, between=[a, b], **cls.reading(a))
-            yield {"links": {fresh(f"{cls.kind} {a} {b}", machine.links): body}}
+            yield {"links": {fresh_entry(cls.kind, f"{a} {b}", machine.links): body}}
 
     @classmethod
     def candidates(cls, machine: MachineLike) -> Iterator[tuple[str, str]]:
@@ -181,7 +181,7 @@ class Source(Mechanism):
         """Into every part that has a heat capacity."""
         for name in cls.hosts(machine):
             body = size_body(cls, machine, into={name: 1}, **cls.reading(name))
-            yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}
+            yield {"sources": {fresh_entry(cls.kind, name, machine.sources): body}}
 
     @classmethod
     def hosts(cls, machine: MachineLike) -> Iterator[str]:
@@ -213,5 +213,5 @@ class Stream(Flow):
         passed, feeds = ({p.node for e in streams for p in e.through[:end]} for end in (None, -1))
         for held in (n for n, node in machine.nodes.items() if node.is_held and n in feeds):
             for part in (n for n, node in machine.nodes.items() if node.is_part and n not in passed):
-                name = fresh(f"{cls.kind} {held} {part}", machine.links)
+                name = fresh_entry(cls.kind, f"{held} {part}", machine.links)
                 yield {"links": {name: size_body(cls, machine, through=[held, part], **cls.reading(part))}}

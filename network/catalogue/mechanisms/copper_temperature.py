@@ -8,7 +8,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param, place
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
-from network.catalogue.declaration.proposals import fresh
+from network.catalogue.declaration.proposals import fresh_entry
 from network.catalogue.mechanisms.base import Source
 from network.catalogue.mechanisms.heat_source import HeatSource
 from network.catalogue.mechanisms.mechanism import Inputs
@@ -64,5 +64,5 @@ class CopperTemperature(Source, kind="copper_temperature"):
         patch = super().in_place_of(entry, machine)
         if patch is None or not isinstance(entry, MotorLoss):
             return patch
-        other = fresh(f"{cls.kind} {entry.name}", machine.sources)
+        other = fresh_entry(cls.kind, entry.name, machine.sources)
         return {cls.section: {entry.name: {**entry.to_plain(), "copper": "0 W"}, other: patch[cls.section][entry.name]}}

@@ -12,7 +12,7 @@ from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.places import Place
-from network.catalogue.declaration.proposals import fresh
+from network.catalogue.declaration.proposals import fresh_entry
 from network.catalogue.mechanisms.base import Link, Source
 from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.typical_values import size_body
@@ -79,9 +79,9 @@ class Jointed(Source):
         """In every part, and in every joint."""
         yield from super().besides(machine)
         for places in cls.list_joints(machine):
-            name = f"{cls.kind} {' '.join(place.node for place in places)}"
+            seats = " ".join(place.node for place in places)
             body = size_body(cls, machine, into={str(place): 1 / len(places) for place in places})
-            yield {"sources": {fresh(name, machine.sources): body}}
+            yield {"sources": {fresh_entry(cls.kind, seats, machine.sources): body}}
 
     @classmethod
     def list_joints(cls, machine: MachineLike) -> Iterator[tuple[Place, ...]]:

@@ -8,7 +8,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import amount, channel, merge_inputs, param, word
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.declaration.proposals import Runs, fresh
+from network.catalogue.declaration.proposals import Runs, fresh_entry
 from network.catalogue.mechanisms.base import Source, raise_to_power
 from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.typical_values import SPEED, name_input, size_body
@@ -106,7 +106,7 @@ class HeatSource(Source, kind="heat_source"):
         for column, own in (*powers, *linear, *squared):
             for name in cls.hosts(machine):
                 body = size_body(cls, machine, into={name: 1}, **own)
-                yield {"sources": {fresh(f"{cls.kind} {column} {name}", machine.sources): body}}
+                yield {"sources": {fresh_entry(cls.kind, f"{column} {name}", machine.sources): body}}
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
@@ -116,4 +116,4 @@ class HeatSource(Source, kind="heat_source"):
             own = {"input": speed} if driver == "running" and speed != SPEED else {}
             for name in cls.hosts(machine):
                 body = size_body(cls, machine, into={name: 1}, **{"with": driver}, **own)
-                yield {"sources": {fresh(f"{cls.kind} {driver} {name}", machine.sources): body}}
+                yield {"sources": {fresh_entry(cls.kind, f"{driver} {name}", machine.sources): body}}

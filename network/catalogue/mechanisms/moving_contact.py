@@ -9,7 +9,7 @@ from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import along, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.positions import Along, beyond, clip, list_inputs, metres
-from network.catalogue.declaration.proposals import fresh
+from network.catalogue.declaration.proposals import fresh_entry
 from network.catalogue.mechanisms.base import Link
 from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.typical_values import size_body
@@ -83,7 +83,7 @@ class MovingContact(Link, kind="moving_contact"):
             for a, bar in (pair, pair[::-1]):
                 if bar in known:
                     body = size_body(cls, machine, between=[a, bar], at=known[bar])
-                    yield {"links": {fresh(f"{cls.kind} {a} {bar}", machine.links): body}}
+                    yield {"links": {fresh_entry(cls.kind, f"{a} {bar}", machine.links): body}}
 
 
 def _moving(machine: MachineLike) -> dict[str, str]:

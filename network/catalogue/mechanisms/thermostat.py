@@ -8,7 +8,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import Place, param, place
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.declaration.proposals import fresh
+from network.catalogue.declaration.proposals import fresh_entry
 from network.catalogue.mechanisms.base import Source
 from network.catalogue.mechanisms.mechanism import Inputs, Relay, beyond
 from network.catalogue.typical_values import size_body
@@ -58,4 +58,4 @@ class Thermostat(Source, Relay):
         around = show(machine.reference + cls.warmer, "degC", 17)
         for name in cls.hosts(machine):
             body = size_body(cls, machine, into={name: 1}, watches=name, set=around)
-            yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}
+            yield {"sources": {fresh_entry(cls.kind, name, machine.sources): body}}

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.diagnosis.screening.screened_gain import ScreenedGain
+from network.platform.wording import name_of
 from network.report.figures.canvas import FONT, INK, SMALL, name_text, text_size, write_title
 from network.report.figures.named_rows import lay_rows
-from network.report.words.finding_words import name_of, to_sigma
+from network.report.words.finding_words import to_sigma
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from network.analysis.diagnosis.experiments.experiment import experiment_file
 from network.platform.quantities.text_table import format_shift, span
-from network.platform.wording import join_names
+from network.platform.wording import join_names, name_of
 from network.recordings.start_rule import ESTIMATED
 from network.report.files.diagnosis_patch import FILE
 from network.report.pages.chart_page import chart_style, show_charts, write_policy, write_script
@@ -22,7 +22,6 @@ from network.report.words.finding_words import (
     alike_words,
     bench_words,
     evidence_words,
-    name_of,
     percent,
     rival_name,
     set_words,

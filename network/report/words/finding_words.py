@@ -11,7 +11,7 @@ from network.analysis.diagnosis.findings.finding import UNKNOWN
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits
 from network.platform.quantities.units import difference, show, unit
-from network.platform.wording import join_either, join_names
+from network.platform.wording import join_either, join_names, name_of
 from network.report.words.heat_words import THROUGHOUT, when
 from network.report.words.recording_names import name_recording
 
@@ -54,10 +54,6 @@ def _prefix(size: float, unit_text: str) -> tuple[str, float]:
     if unit_text.partition("/")[0] not in PREFIXED or size < 1e4:
         return "", 1.0
     return ("M", 1e6) if size >= 1e6 else ("k", 1e3)
-
-
-def name_of(kind: str) -> str:
-    return kind.replace("_", " ")
 
 
 def sizes(finding: Finding) -> list[tuple[str, str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from network.catalogue.declaration.entry_path import axis_of
-from network.platform.wording import join_either, join_names
+from network.platform.wording import join_either, join_names, name_of
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.findings.finding import Finding, Rival
@@ -31,7 +31,7 @@ def ties(finding: Finding) -> list[Rival]:
 def title_words(d: Diagnosis, finding: Finding) -> str:
     """Kind and seat, with those of its ties: cutting heat at table or workpiece."""
     told: list[Finding | Rival] = [finding, *ties(finding)]
-    each = [(f.kind.replace("_", " "), seat_words(d, f)) for f in told]
+    each = [(name_of(f.kind), seat_words(d, f)) for f in told]
     kinds, seats = (list(dict.fromkeys(column)) for column in zip(*each, strict=True))
     if len(kinds) > 1 and len(seats) > 1:
         return join_either([f"{kind}{f' at {seat}' if seat else ''}" for kind, seat in each])

@@ -18,7 +18,7 @@ from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.experiments.experiment import CLEAR
 from network.analysis.diagnosis.screening.screen import Score
 from network.catalogue.declaration.declare import Array
-from network.platform.wording import sentence
+from network.platform.wording import name_of, sentence
 
 SAME = 0.95
 """Cosine from which two candidates are one."""
@@ -76,13 +76,13 @@ def count_kinds(groups: Iterable[Sequence[Candidate]]) -> str:
 
 
 def _kinds(group: Sequence[Candidate]) -> str:
-    kinds = sorted({c.kind.kind.replace("_", " ") for c in group})
+    kinds = sorted({name_of(c.kind.kind) for c in group})
     return f"{kinds[0]} at several places" if len(kinds) == 1 < len(group) else " or ".join(kinds)
 
 
 def name_candidate(c: Candidate) -> str:
     """Kind and places, as a reader says it."""
-    return c.kind.kind.replace("_", " ") + c.name.removeprefix(c.kind.kind)
+    return name_of(c.kind.kind) + c.name.removeprefix(c.kind.kind)
 
 
 def isolability(scores: Sequence[Score], proposed: Sequence[Candidate] = ()) -> Isolability:

@@ -15,6 +15,7 @@ from network.analysis.diagnosis.screening.screened_gain import ScreenedGain
 from network.analysis.diagnosis.settings import SETTINGS
 from network.machine.machine import Machine
 from network.platform.printing import Brief, Tabled
+from network.platform.wording import name_of
 from network.recordings.hygiene.set_aside import summarise_excluded
 
 
@@ -28,7 +29,7 @@ class Unsearched:
 
     @property
     def sentence(self) -> str:
-        names = ", ".join(kind.replace("_", " ") for kind in self.kinds)
+        names = ", ".join(name_of(kind) for kind in self.kinds)
         return f"Not looked for{f' ({names})' if names else ''}: {self.why}."
 
     def summary(self) -> dict[str, Any]:
