@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from network.analysis.diagnosis.findings import findings
 from network.analysis.diagnosis.latent_heat import unrecorded_surroundings
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps import forward_selection, next_finding
+from network.analysis.diagnosis.time_budget import BudgetReached
 
 
 def state(told: float, chi: float | None) -> Any:
@@ -104,21 +106,29 @@ def test_what_competes_beside_what_was_found_has_to_explain_more(
 
 
 @pytest.mark.parametrize(
-    ("resized", "told"),
+    ("resized", "again", "told"),
     [
-        ({}, ["null", "step", "end"]), ({"step": "resized"}, ["null", "resized", "step again", "end again"]),
-        ({"end": "resized"}, ["null", "step", "resized", "step again", "end again"]),
+        ({}, [], ["null", "step", "end"]),
+        ({"step": "resized"}, ["null", "step again", "end again"], ["null", "resized", "step again", "end again"]),
+        ({"end": "resized"}, ["null", "end again"], ["null", "step", "resized", "end again"]),
+        ({"step": "resized"}, ["null", "null in the end"], ["null", "resized", "null in the end"]),
+        ({"step": "resized"}, ["null", "null that leaves nothing", "time"], ["null", "resized",
+                                                                             "null that leaves nothing"]),
+        ({"step": "resized"}, ["null", "time"], ["null", "resized"]),
     ],
 )  # fmt: skip
 def test_all_begins_again_with_the_size_a_fault_has_beside_what_was_found(
-    resized: dict[str, str], told: list[str], monkeypatch: pytest.MonkeyPatch
+    resized: dict[str, str], again: list[str], told: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def state(name: str, fault: Any = "as found") -> Any:
-        return bare(name=name, fault=fault, best=bare(found=not name.startswith("null")))
+        chi = 1.0 if name.endswith("leaves nothing") else 2.0
+        return bare(name=name, fault=fault, best=bare(found=not name.startswith("null"), chi=chi))
 
     def go_on(begun: Any, *of: Any) -> Any:
-        names = ("null", "step", "end") if begun.fault == "as found" else ("null", "step again", "end again")
-        yield from map(state, names)
+        for name in ("null", "step", "end") if begun.fault == "as found" else again:
+            if name == "time":
+                raise BudgetReached
+            yield state(name)
 
     def resize(now: Any, case: str) -> Any:
         assert case == "recorded"
@@ -128,8 +138,10 @@ def test_all_begins_again_with_the_size_a_fault_has_beside_what_was_found(
     monkeypatch.setattr(search, "resize_beside", resize)
     monkeypatch.setattr(search, "_with_fault", lambda first, fault, h: state("null", fault))
     first: Any = bare(case="recorded")
-    states: Any = search._search_set_right(state("null"), first, 0, 1, lambda share: None)
-    assert [now.name for now in states] == told
+    seen = []
+    with suppress(BudgetReached):
+        seen.extend(now.name for now in search._search_set_right(state("null"), first, 0, 1, lambda share: None))
+    assert seen == told
 
 
 def test_a_fault_of_readings_is_told_before_what_may_be_out_of_time(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -111,14 +111,25 @@ def _search_set_right(
 ) -> Iterator[Search]:
     """Ever better states from readings that may be set right (first: as they were). Where what was found leaves much
     because the fault was found beside numbers bent to what was missing, all begins again on readings set right by the
-    size that it has beside that."""
+    size that it has beside that: what comes of that is told as soon as something is found, or hardly anything is left,
+    and in the end."""
     for now in _search_from(begun, seed, jobs, tell):
         again = resize_beside(now, first.case)
         yield again or now
         if again is not None and again.fault is not None:
             states = _search_from(_with_fault(first, again.fault, again.best), seed, jobs, tell)
-            yield from (other for other in states if other.best.found)
+            yield from _list_worth_telling(states)
             return
+
+
+def _list_worth_telling(states: Iterator[Search]) -> Iterator[Search]:
+    """Of the states of a search those that have found something or leave hardly anything, and the last."""
+    is_told, now = True, None
+    for now in states:
+        if is_told := bool(now.best.found) or now.best.chi <= SETTINGS.adequate:
+            yield now
+    if now is not None and not is_told:
+        yield now
 
 
 def _with_fault(now: Search, fault: ReadingFault, mended: Hypothesis) -> Search:
