@@ -147,9 +147,26 @@ def test_levels_are_those_that_are_wrong_for_the_shortest_time() -> None:
     for k, T in enumerate(watched):
         on[k] = now = T >= 21.5 if now else T > 23.0
     on[40] = 1 - on[40]
-    pair = _match_levels([_Course(edges, watched, on)])
+    pair = _match_levels([_Course(edges, watched, on)], 1.0)
     assert pair is not None
     np.testing.assert_allclose(pair, (23.0, 21.5), atol=0.3)
+
+
+@pytest.mark.parametrize(
+    ("watched", "on", "levels"),
+    [
+        ([20.0, 24.0, 26.0, 25.0], [0, 0, 1, 1], (26.0, 23.0)),
+        ([20.0, 24.0, 26.0, 22.0], [0, 0, 1, 1], (26.0, 20.0)),
+        ([26.0, 24.0, 20.0, 25.0], [1, 1, 0, 0], (27.0, 20.0)),
+        ([26.0, 24.0, 20.0, 21.0], [1, 1, 0, 0], (23.0, 20.0)),
+        ([20.0, 24.0, 26.0, 22.0], [0, 0, 0, 0], None),
+    ],
+)
+def test_a_relay_that_only_goes_on_or_off_has_a_level_that_it_did_not_meet(
+    watched: list[float], on: list[int], levels: tuple[float, float] | None
+) -> None:
+    course = _Course(np.arange(5) * 60.0, np.array(watched), np.array(on))
+    assert _match_levels([course], 2.0) == levels
 
 
 def test_instants_that_pass_each_other_go() -> None:

@@ -22,8 +22,9 @@ SAME = 1e-6
 
 def read_levels(followed: Hypothesis, shown: ShownRelay) -> dict[str, float]:
     """The levels of a relay that was followed, by path: of the temperatures at which it went on and off, the two
-    between which it would have been on for as much of the time in which it was, and off as much; nothing where it did
-    not do both, not the way that such a relay does, or at temperatures that it may not have."""
+    between which it would have been on for as much of the time in which it was, and off as much; of one that only went
+    on, or only off, the other level is as far from it as is usual, and so far that it was not met. Nothing where it did
+    not do so the way that such a relay does, or at temperatures that it may not have."""
     only = find_relay(shown.candidate)
     levels = only and only[1].levels()
     if levels is None:
@@ -31,7 +32,7 @@ def read_levels(followed: Hypothesis, shown: ShownRelay) -> dict[str, float]:
     place, on, off = levels
     way = float(np.sign(on - off))
     runs = zip(followed.predictions, shown.modes.values(), strict=True)
-    pair = _match_levels([_watch(p, m, place, way) for p, m in runs])
+    pair = _match_levels([_watch(p, m, place, way) for p, m in runs], abs(on - off))
     certain = pair and make_certain(shown.candidate, *sorted(way * level for level in pair))
     return dict(certain.levels) if certain else {}
 
@@ -49,6 +50,10 @@ class _Course:
         """What was watched where it went on (1) or off (0)."""
         return np.asarray(self.watched[1:][(np.diff(self.on) != 0) & (self.on[1:] == to)])
 
+    def stayed(self, at: float) -> Array:
+        """What was watched while it was on (1) or off (0)."""
+        return np.asarray(self.watched[self.on == at])
+
 
 def _watch(prediction: Prediction, mode: RelayMode, place: Place, way: float) -> _Course:
     plan = prediction.course.problem.plan
@@ -58,15 +63,26 @@ def _watch(prediction: Prediction, mode: RelayMode, place: Place, way: float) ->
     return _Course(plan.edges, watched, np.abs(mode.first - count % 2))
 
 
-def _match_levels(courses: Sequence[_Course]) -> tuple[float, float] | None:
-    """The levels of a relay that goes on above the first and off below the second."""
-    above, below = (np.unique(np.concatenate([c.switched(to) for c in courses])) for to in (1.0, 0.0))
-    pairs = np.array([(on, off) for on in above for off in below if on > off])
+def _match_levels(courses: Sequence[_Course], width: float) -> tuple[float, float] | None:
+    """The levels of a relay that goes on above the first and off below the second; width: how far these usually are
+    apart."""
+    pairs = np.array([(on, off) for on, off in _list_pairs(courses, width) if on > off])
     if not len(pairs):
         return None
     wrong = np.sum([_mistaken(c, pairs) for c in courses], axis=0)
     on, off = pairs[int(np.argmin(wrong))].tolist()
     return on, off
+
+
+def _list_pairs(courses: Sequence[_Course], width: float) -> list[tuple[float, float]]:
+    above, below = (np.unique(np.concatenate([c.switched(to) for c in courses])).tolist() for to in (1.0, 0.0))
+    if not below:
+        lowest = min((float(T.min()) for c in courses if len(T := c.stayed(1.0))), default=np.inf)
+        return [(on, min(lowest, on) - width) for on in above]
+    if not above:
+        highest = max((float(T.max()) for c in courses if len(T := c.stayed(0.0))), default=-np.inf)
+        return [(max(highest, off) + width, off) for off in below]
+    return [(on, off) for on in above for off in below]
 
 
 def _mistaken(course: _Course, pairs: Array) -> Array:
