@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -331,16 +332,31 @@ def test_of_stretches_that_are_hardly_apart_the_longest_is_taken() -> None:
 
 
 def test_what_does_not_help_to_tell_runs_left_out_goes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Misfits on runs left out, by what is in; density goes with it, but for "d": heat of any course lowers that."""
-    misfit = {"": 5.0, "a": 3.0, "b": 5.2, "ab": 3.1, "c": 5.1, "d": 4.9}
+    """Misfits on runs left out, by what is in; density goes with it, but for "d" and relays: heat of any course lowers
+    that; "r" is out of step, and tells more beside as much heat as there is without it, "s" does not even then."""
+    misfit = {"": 5.0, "a": 3.0, "b": 5.2, "ab": 3.1, "c": 5.1, "d": 4.9, "r": 4.0, "s": 4.0, "ar": 2.0}
+    heat: Any = SimpleNamespace()
+
+    class Name(str):
+        @property
+        def switches(self) -> bool:
+            return self in ("r", "s")
 
     def hypothesis(names: str) -> SimpleNamespace:
-        return SimpleNamespace(found=tuple(names), name=names)
+        return SimpleNamespace(found=tuple(map(Name, names)), name=names)
+
+    def tell_one(h: SimpleNamespace, less: float) -> Unseen:
+        return Unseen.together([Unseen(misfit[h.name] ** 2, 1, -misfit[h.name] - less, heat)])
 
     def tell(all_of: list[SimpleNamespace], jobs: int) -> list[Unseen]:
-        return [Unseen(misfit[h.name] ** 2, 1, -misfit[h.name] - (h.name == "d")) for h in all_of]
+        return [tell_one(h, 3.0 * bool({*h.name} & {"d", "r", "s"})) for h in all_of]
+
+    def tell_beside(h: SimpleNamespace, jobs: int, heats: tuple[Any, ...]) -> Unseen:
+        assert heats == (heat,)
+        return tell_one(h, 3.0 * ("s" in h.name))
 
     monkeypatch.setattr(backward_elimination, "tell_all_unseen", tell)
+    monkeypatch.setattr(backward_elimination, "tell_unseen", tell_beside)
     monkeypatch.setattr(backward_elimination, "build_surrogate", lambda h: h)
     without = lambda before, now, out: hypothesis(now.name.replace(out, ""))  # noqa: E731
     monkeypatch.setattr(backward_elimination, "_without", without)
@@ -349,6 +365,9 @@ def test_what_does_not_help_to_tell_runs_left_out_goes(monkeypatch: pytest.Monke
         ("a", "a", (1.0,), 16 / 24),
         ("c", "", (), 0.0),
         ("d", "", (), 0.0),
+        ("r", "r", (1.0,), 9 / 24),
+        ("s", "", (), 0.0),
+        ("ar", "ar", (1.0, 2.0), 21 / 24),
     ):
         before, now = hypothesis(""), hypothesis(names)
         told = backward_elimination._keep_what_predicts(before, now, (1.0, 2.0)[: len(names)], 1)  # type: ignore[arg-type]

@@ -20,7 +20,7 @@ from network.analysis.diagnosis.steps.ranking import best_of
 from network.analysis.diagnosis.steps.rival_acceptance import is_worth
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.strength import errors_from_nothing
-from network.analysis.diagnosis.steps.unseen_runs import Unseen, tell_all_unseen
+from network.analysis.diagnosis.steps.unseen_runs import Unseen, tell_all_unseen, tell_unseen
 from network.platform.parallel import run_all
 
 STEPS = 8
@@ -74,12 +74,22 @@ def _keep_what_predicts(
         less = [_without(before, current, out) for out in current.found]
         able = iter(tell_all_unseen([build_surrogate(h) for h in less if h is not None and h.found], jobs))
         told = [Unseen.broken() if h is None else next(able) if h.found else start for h in less]
-        gains_without = [unseen.gain_over(now) for unseen in told]
+        gains_without = [_gain_without(current, out, unseen, now, jobs)
+                         for out, unseen in zip(current.found, told, strict=True)]  # fmt: skip
         k = int(np.argmax(gains_without))
         if (other := less[k]) is None or gains_without[k] < 0:
             break
         current, now, gains = other, told[k], (*gains[:k], *gains[k + 1 :])
     return current, gains, share_explained(start.chi, now.chi)
+
+
+def _gain_without(current: Hypothesis, out: Candidate, without: Unseen, whole: Unseen, jobs: int) -> float:
+    """By how much more likely runs that were left out are without a finding (out) than with all [nats]. A relay falls
+    out of step in them, however true it is: beside it, too, there may be as much heat as there is without it."""
+    gain = without.gain_over(whole)
+    if gain < 0 or not out.switches or not np.isfinite(gain) or not any(without.heats):
+        return gain
+    return without.gain_over(tell_unseen(build_surrogate(current), jobs, heats=without.heats))
 
 
 def _without(before: Hypothesis, current: Hypothesis, out: Candidate) -> Hypothesis | None:

@@ -23,6 +23,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.latent_heat.latent_rest import find_rest
 from network.analysis.diagnosis.latent_heat.locate import predict_unknown
+from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.steps.foretold_runs import ForetoldRuns
 from network.catalogue.declaration.declare import Array, Mask
 from network.platform.parallel import run_all
@@ -37,11 +38,13 @@ single run tells the rest."""
 class Unseen:
     """What is left of readings that were told by others. misfit: Σ of squares in noise, with what the constants of
     these runs are strained by and numbers of findings moved; rows: how many; density: their log predictive density
-    [nats]; parts: those that were told together, if there are several."""
+    [nats]; heat: of any course, as it was learned on the others, if it was; parts: those that were told together, if
+    there are several."""
 
     misfit: float
     rows: int
     density: float
+    heat: UnknownHeat | None = None
     parts: tuple[Unseen, ...] = ()
 
     @classmethod
@@ -53,7 +56,12 @@ class Unseen:
     def together(cls, parts: Iterable[Unseen]) -> Unseen:
         parts = tuple(parts)
         misfits, rows, densities = zip(*((p.misfit, p.rows, p.density) for p in parts), strict=True)
-        return cls(sum(misfits), sum(rows), sum(densities), parts)
+        return cls(sum(misfits), sum(rows), sum(densities), None, parts)
+
+    @property
+    def heats(self) -> tuple[UnknownHeat | None, ...]:
+        """Of its parts."""
+        return tuple(part.heat for part in self.parts)
 
     @property
     def chi(self) -> float:
@@ -78,16 +86,26 @@ def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
     return tell_unseen(hypothesis, jobs, False).chi
 
 
-def tell_unseen(hypothesis: Hypothesis, jobs: int = 1, with_rest: bool = True) -> Unseen:
-    """The same with their density; with_rest: whether heat of any course stands beside the hypothesis."""
-    return tell_all_unseen([hypothesis], jobs, with_rest)[0]
+def tell_unseen(
+    hypothesis: Hypothesis, jobs: int = 1, with_rest: bool = True, heats: Sequence[UnknownHeat | None] = ()
+) -> Unseen:  # fmt: skip
+    """The same with their density; with_rest: whether heat of any course stands beside the hypothesis; heats: by part,
+    one that was learned beside another hypothesis and stands here, too, where that makes runs more likely."""
+    parts = _list_parts(hypothesis)
+    beside = [*heats, *[None] * (len(parts) - len(heats))]
+    told = run_all(partial(_tell_part, with_rest), [(*p, b) for p, b in zip(parts, beside, strict=True)], jobs)
+    return Unseen.together(told)
 
 
 def tell_all_unseen(hypotheses: Sequence[Hypothesis], jobs: int = 1, with_rest: bool = True) -> list[Unseen]:
     """The same of several, the parts of all side by side."""
-    parted = [[(h, fold) for fold in _list_folds(len(h.case.recordings))] for h in hypotheses]
+    parted = [[(*part, None) for part in _list_parts(h)] for h in hypotheses]
     told = iter(run_all(partial(_tell_part, with_rest), [*chain(*parted)], jobs))
     return [Unseen.together([next(told) for _ in parts]) for parts in parted]
+
+
+def _list_parts(h: Hypothesis) -> list[tuple[Hypothesis, range]]:
+    return [(h, fold) for fold in _list_folds(len(h.case.recordings))]
 
 
 def _list_folds(count: int) -> list[range]:
@@ -95,23 +113,26 @@ def _list_folds(count: int) -> list[range]:
     return [range(k, count, FOLDS) for k in range(min(FOLDS, count))] if count > 1 else [range(0)]
 
 
-def _tell_part(with_rest: bool, of: tuple[Hypothesis, range]) -> Unseen:
-    h, left_out = of
+def _tell_part(with_rest: bool, of: tuple[Hypothesis, range, UnknownHeat | None]) -> Unseen:
+    h, left_out, beside = of
     try:
-        return _tell_without(h, with_rest, left_out) if left_out else _tell_end(h)
+        return _tell_without(h, with_rest, left_out, beside) if left_out else _tell_end(h)
     except (Failed, np.linalg.LinAlgError):
         return Unseen.broken()
 
 
-def _tell_without(h: Hypothesis, with_rest: bool, left_out: Sequence[int]) -> Unseen:
+def _tell_without(
+    h: Hypothesis, with_rest: bool, left_out: Sequence[int], beside: UnknownHeat | None
+) -> Unseen:  # fmt: skip
     """Runs that are told by a fit to the others."""
     rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
     others = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
     told = ForetoldRuns(_tell_by(others, h.case.of(left_out)), others.linearised.reduced[0])
-    more = _add_rest(others, told) if with_rest else 0.0
+    heat = find_rest(others, refit=False).heat if with_rest else None
+    more = max(_add_rest(told, heat), _add_rest(told, beside)) if beside is not None else _add_rest(told, heat)
     own, every = _list_own(h), np.ones(len(told.left), bool)
     known, pull = told.known[np.ix_(own, own)], told.seen.slopes[own] @ told.seen.left
-    return Unseen(_misfit_of(told.seen, own, known, pull, every), len(every), told.density + more)
+    return Unseen(_misfit_of(told.seen, own, known, pull, every), len(every), told.density + more, heat)
 
 
 def _list_own(h: Hypothesis) -> list[int]:
@@ -145,10 +166,9 @@ def _tell_by(h: Hypothesis, case: Case) -> Linearised:
     return seen.temper(1.0, max(1.0, h.chi))
 
 
-def _add_rest(others: Hypothesis, told: ForetoldRuns) -> float:
-    """What heat of any course adds to the log probability of runs, learned on the others."""
-    heat = find_rest(others, refit=False).heat
-    return predict_unknown(told.seen, heat, told.precision, told.left) if heat.gain > 0 else 0.0
+def _add_rest(told: ForetoldRuns, heat: UnknownHeat | None) -> float:
+    """What heat of any course adds to the log probability of runs, learned on others."""
+    return predict_unknown(told.seen, heat, told.precision, told.left) if heat is not None and heat.gain > 0 else 0.0
 
 
 def _tell_end(h: Hypothesis) -> Unseen:
