@@ -88,6 +88,19 @@ def test_a_run_that_begins_near_a_level_may_be_long_there() -> None:
     assert told is not None and [bend.t for bend in told] == pytest.approx(edges[1:-1], abs=20)
 
 
+@pytest.mark.parametrize("begin", [0.97, 1.05, 0.2])
+def test_whether_it_is_on_when_a_run_begins_shows_where_it_goes_off(begin: float) -> None:
+    """It begins near the level at which it goes on, or on its way to the other one, in noise of a tenth of its width:
+    off, its first bend is none."""
+    edges = np.array([0.0, 170.0 * (begin + 1) / 2, 970.0, 1140.0, 1940.0, 2110.0, 2910.0])
+    t = np.arange(0.0, 2910.0, 10.0)
+    x = np.interp(t, edges, [begin, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0]) + np.random.default_rng(3).normal(0, 0.1, len(t))
+    told = find_switchings(Swing(t, x, on=1.0, off=-1.0))
+    assert told is not None and [bend.goes_on for bend in told[-4:]] == [True, False, True, False]
+    assert [bend.t for bend in told[-5:]] == pytest.approx(edges[1:6], abs=25)
+    assert len(told) == 5 or told[0].t < 10  # on from the first sample
+
+
 @pytest.mark.parametrize("low, bends", [(0.3, 9), (0.9, 7)])
 def test_a_turn_that_stays_short_of_a_level_switches_where_it_bends_as_others_do(low: float, bends: int) -> None:
     """A saw tooth from 0 to 1 of which one tooth is cut short or, hardly turning, goes on."""

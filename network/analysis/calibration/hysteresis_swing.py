@@ -94,12 +94,13 @@ class Swing:
 @dataclass(frozen=True)
 class Bend:
     """t, spread: an instant and its 1σ [s]; x: the readings there; turn: by how much their rate changes there the way
-    it should [K/s]."""
+    it should [K/s]; goes_on: whether it goes on there, or off."""
 
     t: float
     spread: float
     x: float
     turn: float
+    goes_on: bool
 
 
 class _Crossing(NamedTuple):
@@ -141,11 +142,26 @@ def find_levels(runs: Sequence[tuple[Array, Array]], least: float) -> tuple[floa
 
 
 def find_switchings(swing: Swing) -> list[Bend] | None:
-    """Bends where it switched; None where the readings do not show it. All turn by as much, the relay's heat over what
-    it heats: where they come near a level and turn by less than half of that, the load kept them from it."""
+    """Bends where it switched; None where the readings do not show it. Between its levels it may be on or off when a run
+    begins: as it shows more bends, for the other way the first one passes for none."""
+    told = [_find_from(swing, is_on) for is_on in _list_beginnings(swing)]
+    return max((bends for bends in told if bends is not None), key=len, default=None)
+
+
+def _list_beginnings(swing: Swing) -> tuple[bool, ...]:
+    """Whether it may be on when a run begins, the likelier first."""
+    begin = float(_smooth(swing.x)[0])
+    is_on = begin > swing.on
+    is_certain = begin > swing.on + swing.near or begin < swing.off - swing.near
+    return (is_on,) if is_certain else (is_on, not is_on)
+
+
+def _find_from(swing: Swing, is_on: bool) -> list[Bend] | None:
+    """The same of one that is on or off when the run begins. All turn by as much, the relay's heat over what it heats:
+    where they come near a level and turn by less than half of that, the load kept them from it."""
     find_bend, refused = cache(partial(_find_bend, swing)), set[int]()
     while True:
-        crossings = _list_crossings(swing, refused)
+        crossings = _list_crossings(swing, refused, is_on)
         told = _find_bends(find_bend, crossings)
         least = LEAST * float(np.median([bend.turn for bend in told])) if told else 0.0
         faint = [c.near for c, bend in zip(crossings, told, strict=True) if bend.turn < least]
@@ -163,10 +179,11 @@ def _find_bends(find_bend: Callable[..., Bend], crossings: Sequence[_Crossing]) 
     return [find_bend(c, levels[c.way]) for c in crossings]
 
 
-def _list_crossings(swing: Swing, refused: Container[int]) -> list[_Crossing]:
-    """Of every switching in turn. refused: samples at which it was no switching that brought the readings near."""
+def _list_crossings(swing: Swing, refused: Container[int], is_on: bool) -> list[_Crossing]:
+    """Of every switching in turn. refused: samples at which it was no switching that brought the readings near; is_on:
+    when the run begins."""
     smooth = _smooth(swing.x)
-    middle, is_on, k, since = (swing.on + swing.off) / 2, smooth[0] > swing.on, 0, 0
+    middle, k, since = (swing.on + swing.off) / 2, 0, 0
     found: list[_Crossing] = []
     high, low = swing.close
     while True:
@@ -189,13 +206,14 @@ def _find_bend(swing: Swing, at: _Crossing, level: float | None = None) -> Bend:
     read there, where that is known."""
     t, x = swing.t[at.begin : at.last], swing.x[at.begin : at.last]
     if at.last - at.near < FEWEST:
-        return Bend(float(swing.t[at.near]), float(t[-1] - t[0]), float(x[-1]), 0.0)
+        return Bend(float(swing.t[at.near]), float(t[-1] - t[0]), float(x[-1]), 0.0, at.way > 0)
     tried = np.linspace(swing.t[at.near], t[-2], INSTANTS)
     left, there, turns = _fit_bends(t, x, tried, level)
     best = int(np.argmin(left))
     like = tried[left - left[best] <= left[best] / max(len(t) - NUMBERS, 1)]
     spread = max(np.ptp(like) / 2, tried[1] - tried[0])
-    return Bend(float(tried[best]), float(spread), float(there[best]), float(-at.way * turns[best]))
+    turn = float(-at.way * turns[best])
+    return Bend(float(tried[best]), float(spread), float(there[best]), turn, at.way > 0)
 
 
 def _fit_bends(t: Array, x: Array, at: Array, level: float | None) -> tuple[Array, Array, Array]:

@@ -73,7 +73,7 @@ def read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) -
     if not found:  # one that never seems to switch may be hidden by readings too rare, or of something else
         return None
     t = np.array([recording.t[0], *(bend.t for bend in found)])
-    return RelayMode(MODE + name, t, np.array([bend.spread for bend in found]), float(swing.x[0] > swing.on))
+    return RelayMode(MODE + name, t, np.array([bend.spread for bend in found]), float(not found[0].goes_on))
 
 
 class _Seen(NamedTuple):
