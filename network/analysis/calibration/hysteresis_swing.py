@@ -142,8 +142,8 @@ def find_levels(runs: Sequence[tuple[Array, Array]], least: float) -> tuple[floa
 
 
 def find_switchings(swing: Swing) -> list[Bend] | None:
-    """Bends where it switched; None where the readings do not show it. Between its levels it may be on or off when a run
-    begins: as it shows more bends, for the other way the first one passes for none."""
+    """Bends where it switched; None where the readings do not show it. Between its levels it may be on or off when a
+    run begins: as it shows more bends, for the other way the first one passes for none."""
     told = [_find_from(swing, is_on) for is_on in _list_beginnings(swing)]
     return max((bends for bends in told if bends is not None), key=len, default=None)
 
