@@ -79,8 +79,17 @@ def test_where_both_leave_much_the_one_that_explains_more_has_to_tell_unseen_run
     monkeypatch.setattr(weighed_fault, "lasting_misfit", lambda at: 1.0)
     monkeypatch.setattr(weighed_fault, "unseen_misfit", lambda h, jobs: h.unseen)
     gains = zip((evidence, 0.0), unseen, strict=True)
-    other, now = (bare(best=bare(case=None, chi=chi, linearised=None, evidence=e, unseen=u)) for e, u in gains)
-    assert weighed_fault.is_told_better(other.best, now.best, 1) is told
+    other, now = (bare(case=None, chi=chi, linearised=None, evidence=e, unseen=u, found=("it",)) for e, u in gains)
+    for bent, is_better in (
+        ((False, False), told),
+        ((True, True), told),
+        ((False, True), told),
+        ((True, False), False),
+    ):
+        other.is_bent, now.is_bent = bent
+        assert weighed_fault.is_told_better(other, now, 1) is is_better
+    other.found = ()
+    assert weighed_fault.is_told_better(other, now, 1) is told
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,10 @@ def lay_alike(now: Search, other: Search) -> Hypothesis:
 
 def is_told_better(other: Hypothesis, now: Hypothesis, jobs: int) -> bool:
     """Whether what a search came to explains more than another, in units of how long lasts what both leave, and, where
-    that is much, tells runs that it has not seen better, too: what bends itself to the runs explains these alone."""
+    that is much, tells runs that it has not seen better, too: what bends itself to the runs explains these alone. What
+    was found beside a number that stands far from the file is not, where the other leaves all of them near."""
+    if other.found and other.is_bent and not now.is_bent:
+        return False
     ends = [reweight(use_file_noise(h.case), h) for h in (other, now)]
     firm = min(lasting_misfit(h.linearised) for h in ends)
     if (ends[0].evidence - ends[1].evidence) / firm**2 <= SETTINGS.alike:
