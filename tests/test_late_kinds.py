@@ -238,7 +238,7 @@ def test_a_recorded_current_tells_of_a_module() -> None:
     machine, found = laid
     h = fit_hypothesis(case, machine, found, tuple(p for c in found for p in c.own))
     assert fit_hypothesis(case, plain).chi > 10 > 1.1 > h.chi
-    pumped, lost = (h.values[f"sources.heat_source current{how} body.power"] for how in ("", " squared"))
+    pumped, lost = (h.values[f"sources.heat source current{how} body.power"] for how in ("", " squared"))
     assert pumped == pytest.approx(-127 * 4e-4 * 302 * 4, rel=0.02)
     assert lost == pytest.approx(127 * 0.015 / 2 * 16, rel=0.05)
 
