@@ -16,9 +16,9 @@ def sentence(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def name_of(kind: str) -> str:
-    """A kind, or another word with underscores, as a reader says it."""
-    return kind.replace("_", " ")
+def name_of(word: str) -> str:
+    """A kind, a key or another word with underscores, as a reader says it."""
+    return word.replace("_", " ")
 
 
 def join_either(names: list[str]) -> str:

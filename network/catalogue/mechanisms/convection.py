@@ -12,6 +12,7 @@ from network.catalogue.fluids import FLUIDS
 from network.catalogue.mechanisms.base import SurfaceLink
 from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.units import Number, show
+from network.platform.wording import name_of
 
 WARM = 10.0
 """K: the excess at which the range of a correlation is checked beforehand."""
@@ -60,8 +61,8 @@ class Convection(SurfaceLink, kind="convection"):
         over = f"over {show(float(self.area), 'm^2')}"
         if self.coefficient is not None:
             return f"{show(float(self.coefficient), 'W/(m^2 K)')} {over}"
-        around = "" if self.fluid == "air" else f" in {self.fluid.replace('_', ' ')}"
-        return f"as a {self.shape.replace('_', ' ')}{around} {over}"
+        around = "" if self.fluid == "air" else f" in {name_of(self.fluid)}"
+        return f"as a {name_of(self.shape)}{around} {over}"
 
     @property
     def shape(self) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from network.analysis.diagnosis.experiments.experiment import CLEAR, FAINT, experiment_file
 from network.analysis.diagnosis.findings.isolability import DETAILS
 from network.platform.quantities.text_table import digits, span, table
+from network.platform.wording import name_of
 from network.report.words.effect_words import effect_words
 from network.report.words.finding_words import (
     alike_words,
@@ -60,7 +61,7 @@ def tell_diagnosis(d: Diagnosis) -> str:
 
 
 def _verdict(d: Diagnosis) -> str:
-    head = f"{d.machine.name}: {d.verdict.replace('_', ' ')} ({span(d.seconds)}, seed {d.seed})"
+    head = f"{d.machine.name}: {name_of(d.verdict)} ({span(d.seconds)}, seed {d.seed})"
     return "\n".join([head, *textwrap.wrap(verdict_words(d), WIDTH)])
 
 

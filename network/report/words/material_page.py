@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from network.catalogue.materials import BUILT_IN, SOURCES, Material
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import table
+from network.platform.wording import name_of
 
 PER_METRE = "um/(m K)"
 EXAMPLE = "{density: 7100 kg/m^3, specific_heat: 515 J/(kg K), conductivity: 36 W/(m K), expansion: 1.25e-5 1/K}"
@@ -15,7 +16,7 @@ EXAMPLE = "{density: 7100 kg/m^3, specific_heat: 515 J/(kg K), conductivity: 36 
 def material_page(names: Iterable[str] = BUILT_IN) -> str:
     """Those materials, one below the other."""
     units = {name: field.unit for name, field in Material.params().items()} | {"expansion": PER_METRE}
-    header = ["material", *(f"{name.replace('_', ' ')} [{pretty(unit)}]" for name, unit in units.items()), "source"]
+    header = ["material", *(f"{name_of(name)} [{pretty(unit)}]" for name, unit in units.items()), "source"]
     rows = [[name, *(_tell(name, key, unit) for key, unit in units.items()), SOURCES[name]] for name in names]
     return "\n".join([
         "materials: solids and fluids that a bar or mass may name; values at 20 °C",

@@ -13,6 +13,7 @@ from network.engine.trajectory import ROUNDING, axis_unit
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import span
 from network.platform.quantities.units import unit
+from network.platform.wording import name_of
 
 MOST = 4
 """Sources that a sentence names; the others are added up."""
@@ -125,7 +126,7 @@ def _by_kind(shares: Superposition, axis: str, told: _Digits) -> str:
     kinds = {kind: value for (kind,), value in _at_furthest(shares, axis, "kind").items() if told.shows(value)}
     if len(kinds) < 2:
         return ""
-    words = (f"{kind.replace('_', ' ')} {told(value)}" for kind, value in kinds.items())
+    words = (f"{name_of(kind)} {told(value)}" for kind, value in kinds.items())
     return f" By {', '.join(words)}."
 
 

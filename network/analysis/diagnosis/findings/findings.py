@@ -18,7 +18,7 @@ from network.analysis.diagnosis.steps.strength import standard_errors
 from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
 from network.platform.quantities.number_format import format_amount
-from network.platform.wording import sentence
+from network.platform.wording import name_of, sentence
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
@@ -126,7 +126,7 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
     spread = float(standard_errors(h)[index[first.path]])
     unit = "K" if first.field.unit == "degC" else first.field.unit
     std = format_amount(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
-    return f"{sentence(c.kind.told(after, c.patch))} ({first.field.key.replace('_', ' ')} ± {std})."
+    return f"{sentence(c.kind.told(after, c.patch))} ({name_of(first.field.key)} ± {std})."
 
 
 def is_shadow(search: Search) -> bool:

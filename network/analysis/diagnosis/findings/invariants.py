@@ -20,6 +20,7 @@ from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.strength import errors_from_nothing, strength_in_errors
 from network.catalogue.declaration.sections import TCP
 from network.engine.response.parameters import Parameter
+from network.platform.wording import name_of
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
@@ -113,7 +114,7 @@ def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
         yield f"its size is less than {SETTINGS.errors:.0f} of its standard errors"
     numbers, theta = h.fit.problem.parameters, h.fit.theta
     bounded = [i for i in at_bound(numbers, theta) if i in own and not _is_expected(numbers[i], theta[i])]
-    yield from (f"its {numbers[i].field.key.replace('_', ' ')} stands at its bound" for i in bounded)
+    yield from (f"its {name_of(numbers[i].field.key)} stands at its bound" for i in bounded)
     if any(is_one_thing(c, other) for other in h.found if other is not c):
         yield MAY_BE_ONE
     if h.is_bent:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
+from itertools import chain, repeat
 
 import numpy as np
 
@@ -32,6 +32,8 @@ from network.platform.refusal import Failed
 LEFT_OUT_STEPS, FOLDS, BEGINNING = 4, 3, 0.6
 """Steps of a fit without some runs, from the fit to all; into how many parts the runs are parted, and what share of a
 single run tells the rest."""
+_Part = tuple[Hypothesis, range, UnknownHeat | None]
+"""Of a hypothesis the runs that are left out together, and heat that may stand beside it there."""
 
 
 @dataclass(frozen=True)
@@ -91,21 +93,19 @@ def tell_unseen(
 ) -> Unseen:  # fmt: skip
     """The same with their density; with_rest: whether heat of any course stands beside the hypothesis; heats: by part,
     one that was learned beside another hypothesis and stands here, too, where that makes runs more likely."""
-    parts = _list_parts(hypothesis)
-    beside = [*heats, *[None] * (len(parts) - len(heats))]
-    told = run_all(partial(_tell_part, with_rest), [(*p, b) for p, b in zip(parts, beside, strict=True)], jobs)
-    return Unseen.together(told)
+    return Unseen.together(run_all(partial(_tell_part, with_rest), _list_parts(hypothesis, heats), jobs))
 
 
 def tell_all_unseen(hypotheses: Sequence[Hypothesis], jobs: int = 1, with_rest: bool = True) -> list[Unseen]:
     """The same of several, the parts of all side by side."""
-    parted = [[(*part, None) for part in _list_parts(h)] for h in hypotheses]
+    parted = [_list_parts(h) for h in hypotheses]
     told = iter(run_all(partial(_tell_part, with_rest), [*chain(*parted)], jobs))
     return [Unseen.together([next(told) for _ in parts]) for parts in parted]
 
 
-def _list_parts(h: Hypothesis) -> list[tuple[Hypothesis, range]]:
-    return [(h, fold) for fold in _list_folds(len(h.case.recordings))]
+def _list_parts(h: Hypothesis, heats: Sequence[UnknownHeat | None] = ()) -> list[_Part]:
+    folds = _list_folds(len(h.case.recordings))
+    return [*zip(repeat(h), folds, chain(heats, repeat(None)), strict=False)]
 
 
 def _list_folds(count: int) -> list[range]:
@@ -113,7 +113,7 @@ def _list_folds(count: int) -> list[range]:
     return [range(k, count, FOLDS) for k in range(min(FOLDS, count))] if count > 1 else [range(0)]
 
 
-def _tell_part(with_rest: bool, of: tuple[Hypothesis, range, UnknownHeat | None]) -> Unseen:
+def _tell_part(with_rest: bool, of: _Part) -> Unseen:
     h, left_out, beside = of
     try:
         return _tell_without(h, with_rest, left_out, beside) if left_out else _tell_end(h)
