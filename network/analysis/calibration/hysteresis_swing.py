@@ -54,16 +54,21 @@ class Swing:
         return NEAR * (self.on - self.off) / 2
 
     @cached_property
+    def smooth(self) -> Array:
+        """Means of three samples."""
+        return _smooth(self.x)
+
+    @cached_property
     def turns(self) -> tuple[list[float], list[float]]:
         """Highest and lowest means of three samples between which it goes through half of the hysteresis or more."""
-        return _list_turns(self.x, (self.on - self.off) / 2)
+        return _list_turns(self.smooth, (self.on - self.off) / 2)
 
     @cached_property
     def close(self) -> tuple[Mask, Mask]:
         """Which means of three samples come near the level at which it goes on, and near the other, or beyond the
         middle near a turn of their own before it: noise may hide the rest of the way, and their bend has to tell
         whether it switched. None comes near both."""
-        smooth, (on, off) = _smooth(self.x), self.approaches
+        smooth, (on, off) = self.smooth, self.approaches
         high, low, since, middle = smooth > on, smooth < off, 0, (self.on + self.off) / 2
         for k, is_high in _find_turns(smooth, (self.on - self.off) / 2):
             own = smooth[since : k + 1]
@@ -128,7 +133,7 @@ def find_levels(runs: Sequence[tuple[Array, Array]], least: float) -> tuple[floa
     None where they do not turn often enough, or where the middle half of the turns is wider than half of what lies
     between both: what turns at no level is none."""
     read = [(t[kept], x[kept]) for t, x in runs if (kept := np.isfinite(x)).sum() >= FEWEST]
-    told = [_list_turns(x, least) for _, x in read]
+    told = [_list_turns(_smooth(x), least) for _, x in read]
     high, low = (np.array([x for turns in told for x in turns[i]]) for i in range(2))
     if min(len(high), len(low)) < OFTEN:
         return None
@@ -144,22 +149,23 @@ def find_levels(runs: Sequence[tuple[Array, Array]], least: float) -> tuple[floa
 def find_switchings(swing: Swing) -> list[Bend] | None:
     """Bends where it switched; None where the readings do not show it. Between its levels it may be on or off when a
     run begins: as it shows more bends, for the other way the first one passes for none."""
-    told = [_find_from(swing, is_on) for is_on in _list_beginnings(swing)]
+    find_bend = cache(partial(_find_bend, swing))
+    told = [_find_from(swing, find_bend, is_on) for is_on in _list_beginnings(swing)]
     return max((bends for bends in told if bends is not None), key=len, default=None)
 
 
 def _list_beginnings(swing: Swing) -> tuple[bool, ...]:
     """Whether it may be on when a run begins, the likelier first."""
-    begin = float(_smooth(swing.x)[0])
+    begin = float(swing.smooth[0])
     is_on = begin > swing.on
     is_certain = begin > swing.on + swing.near or begin < swing.off - swing.near
     return (is_on,) if is_certain else (is_on, not is_on)
 
 
-def _find_from(swing: Swing, is_on: bool) -> list[Bend] | None:
+def _find_from(swing: Swing, find_bend: Callable[..., Bend], is_on: bool) -> list[Bend] | None:
     """The same of one that is on or off when the run begins. All turn by as much, the relay's heat over what it heats:
     where they come near a level and turn by less than half of that, the load kept them from it."""
-    find_bend, refused = cache(partial(_find_bend, swing)), set[int]()
+    refused = set[int]()
     while True:
         crossings = _list_crossings(swing, refused, is_on)
         told = _find_bends(find_bend, crossings)
@@ -182,8 +188,7 @@ def _find_bends(find_bend: Callable[..., Bend], crossings: Sequence[_Crossing]) 
 def _list_crossings(swing: Swing, refused: Container[int], is_on: bool) -> list[_Crossing]:
     """Of every switching in turn. refused: samples at which it was no switching that brought the readings near; is_on:
     when the run begins."""
-    smooth = _smooth(swing.x)
-    middle, k, since = (swing.on + swing.off) / 2, 0, 0
+    smooth, middle, k, since = swing.smooth, (swing.on + swing.off) / 2, 0, 0
     found: list[_Crossing] = []
     high, low = swing.close
     while True:
@@ -237,9 +242,8 @@ def _smooth(x: Array) -> Array:
     return np.asarray((wide[:-2] + wide[1:-1] + wide[2:]) / 3)
 
 
-def _list_turns(x: Array, least: float) -> tuple[list[float], list[float]]:
+def _list_turns(smooth: Array, least: float) -> tuple[list[float], list[float]]:
     """Highest and lowest values between which it goes up and down by at least so much."""
-    smooth = _smooth(x)
     turns = _find_turns(smooth, least)
     high, low = ([float(smooth[k]) for k, is_high in turns if is_high == of_high] for of_high in (True, False))
     return high, low

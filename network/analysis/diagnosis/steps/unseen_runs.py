@@ -129,7 +129,7 @@ def _tell_without(
     others = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
     told = ForetoldRuns(_tell_by(others, h.case.of(left_out)), others.linearised.reduced[0])
     heat = find_rest(others, refit=False).heat if with_rest else None
-    more = max(_add_rest(told, heat), _add_rest(told, beside)) if beside is not None else _add_rest(told, heat)
+    more = max((_add_rest(told, each) for each in (heat, beside) if each is not None), default=0.0)
     own, every = _list_own(h), np.ones(len(told.left), bool)
     known, pull = told.known[np.ix_(own, own)], told.seen.slopes[own] @ told.seen.left
     return Unseen(_misfit_of(told.seen, own, known, pull, every), len(every), told.density + more, heat)
@@ -166,9 +166,9 @@ def _tell_by(h: Hypothesis, case: Case) -> Linearised:
     return seen.temper(1.0, max(1.0, h.chi))
 
 
-def _add_rest(told: ForetoldRuns, heat: UnknownHeat | None) -> float:
+def _add_rest(told: ForetoldRuns, heat: UnknownHeat) -> float:
     """What heat of any course adds to the log probability of runs, learned on others."""
-    return predict_unknown(told.seen, heat, told.precision, told.left) if heat is not None and heat.gain > 0 else 0.0
+    return predict_unknown(told.seen, heat, told.precision, told.left) if heat.gain > 0 else 0.0
 
 
 def _tell_end(h: Hypothesis) -> Unseen:

@@ -77,10 +77,10 @@ def _match_levels(courses: Sequence[_Course], width: float) -> tuple[float, floa
 def _list_pairs(courses: Sequence[_Course], width: float) -> list[tuple[float, float]]:
     above, below = (np.unique(np.concatenate([c.switched(to) for c in courses])).tolist() for to in (1.0, 0.0))
     if not below:
-        lowest = min((float(T.min()) for c in courses if len(T := c.stayed(1.0))), default=np.inf)
+        lowest = float(np.concatenate([c.stayed(1.0) for c in courses]).min(initial=np.inf))
         return [(on, min(lowest, on) - width) for on in above]
     if not above:
-        highest = max((float(T.max()) for c in courses if len(T := c.stayed(0.0))), default=-np.inf)
+        highest = float(np.concatenate([c.stayed(0.0) for c in courses]).max(initial=-np.inf))
         return [(max(highest, off) + width, off) for off in below]
     return [(on, off) for on in above for off in below]
 
